@@ -28,42 +28,17 @@ std::string remedy_of_images(const Fix *fix)
       "reduce alpha, or enlarge the box: 'unfix {}', replicate, and define the fix again", fix->id);
 }
 
-// Square of the distance of a neighbor, from either side the same to the last bit, so that both atoms
-// of a pair decide alike. The position of a ghost is that of its owner and whole periodic vectors, but
-// for round-off, which differs between the images of i and of j.
-static double symmetric_dsq(const Atom *atom, const Domain *domain,
-                            const std::vector<double> &owner_x, int i, int j)
-{
-  const double *const at = &owner_x[(size_t) 3 * i], *const other = &owner_x[(size_t) 3 * j];
-  double shift[3] = {0.0, 0.0, 0.0};
-  if (j >= atom->nlocal) {
-    for (int c = 0; c < 3; c++) shift[c] = atom->x[j][c] - other[c];
-    const double nz = std::round(shift[2] / domain->zprd);
-    const double ny = std::round((shift[1] - nz * domain->yz) / domain->yprd);
-    const double nx = std::round((shift[0] - ny * domain->xy - nz * domain->xz) / domain->xprd);
-    shift[0] = nx * domain->xprd + ny * domain->xy + nz * domain->xz;
-    shift[1] = ny * domain->yprd + nz * domain->yz;
-    shift[2] = nz * domain->zprd;
-  }
-  // the difference of the owners' positions is the same number, but for its sign
-  double dsq = 0.0;
-  for (int c = 0; c < 3; c++) {
-    const double d = (other[c] - at[c]) + shift[c];
-    dsq += d * d;
-  }
-  return dsq;
-}
-
 void BondRecording::take_zone(const NeighList *list, double zone_in, const PairData *pair_data,
-                              PerAtomComm &exchange)
+                              WithPerAtomComm<Fix> &exchange)
 {
   zone = zone_in;
   source = zone > 0.0 ? fmt::format("within {} (R_i + R_j)", zone) : "within alpha (R_i + R_j)";
   PerAtomComm::Values owner_x((size_t) 3 * (atom->nlocal + atom->nghost));
   for (int i = 0; i < atom->nlocal; i++) std::copy_n(atom->x[i], 3, &owner_x[(size_t) 3 * i]);
   exchange.forward_comm(owner_x);
+  PerAtomComm::Values shifts(owner_x.size(), 0.0);    // whole periodic vectors
+  exchange.forward_comm_images(shifts, domain->h);
 
-  const AtomBodies bodies(atom, within);
   made.resize(atom->nlocal);
   BondStore::Bonds own;    // of one atom: copies take no more room than they need
   std::string complaint;
@@ -78,11 +53,14 @@ void BondRecording::take_zone(const NeighList *list, double zone_in, const PairD
       const double alpha = pair_data->alpha_of(atom->type[i], atom->type[j]);
       if (!(mask[j] & fix->groupbit) || alpha == 0.0) continue;
 
-      const double dsq = symmetric_dsq(atom, domain, owner_x, i, j);
+      // from either side the same to the last bit, so that both atoms decide alike: the position of a ghost has
+      // round-off, which differs between the images of i and of j
+      const Vector r = vector_of(owner_x, j) - vector_of(owner_x, i) + vector_of(shifts, j);
+      const double dsq = dot(r, r);
       const double sum_radii = atom->radius[i] + atom->radius[j];
       const double zone_here = (zone > 0.0 ? zone : alpha) * sum_radii;
       if (dsq > cutoff_squared(zone_here, RECORD_MARGIN)) continue;
-      if (bodies.in_different_bodies(i, j)) {
+      if (in_different_bodies(atom, within, i, j)) {
         if (dsq < cutoff_squared(sum_radii, -RECORD_MARGIN)) overlaps++;
         continue;
       }

@@ -72,32 +72,28 @@ const BondStore &WriteEVPBonds::find_records() const
 // reader could not find.
 std::string WriteEVPBonds::own_lines(const BondStore &records, bigint &count) const
 {
-  struct Line {
-    int i;
-    BondLine bond;
-  };
-  std::vector<Line> lines;    // bonds, then contacts
+  std::vector<BondLine> lines;    // bonds, then contacts
   std::vector<tagint> partners;
-  const auto add = [&](int i, const BondLine &bond) {
+  const auto add = [&](const BondLine &bond) {
     if (bond.id_i > bond.id_j) return;
-    lines.push_back({i, bond});
+    lines.push_back(bond);
     partners.push_back((tagint) bond.id_j);
   };
   for (int i = 0; i < atom->nlocal; i++) {
     const PairHistory *history = records.histories_of(i);
     for (const EVP::Bond &bond : records.of(i))
-      add(i, {atom->tag[i], bond.partner, bond.deq, history ? *history++ : PairHistory{}});
+      add({atom->tag[i], bond.partner, bond.deq, history ? *history++ : PairHistory{}});
   }
   for (int i = 0; records.has_history() && i < atom->nlocal; i++)
     for (const FlowedContact &contact : records.contacts_of(i))
-      add(i, {atom->tag[i], contact.partner, 0.0, contact.history, true});
+      add({atom->tag[i], contact.partner, atom->radius[i], contact.history, true});
   const AtomDirectory directory(lmp, partners);
 
   std::string text;
-  for (auto &[i, bond] : lines) {
+  for (BondLine &bond : lines) {
     const AtomDirectory::Entry &partner = directory.entries.at((tagint) bond.id_j);
     if (partner.type == 0) continue;
-    if (bond.is_contact) bond.deq = atom->radius[i] + partner.radius;
+    if (bond.is_contact) bond.deq += partner.radius;    // from R_i to R_i + R_j
     text += bond_text(bond, records.has_history());
     count++;
   }
@@ -312,11 +308,6 @@ namespace {
 // Atoms that are minimized move without such a fix, but LAMMPS warns at each 'run 0'.
 constexpr const char *HARMLESS = "No fixes with time integration";
 
-bool starts_with(const char *line, const char *start)
-{
-  return strncmp(line, start, strlen(start)) == 0;
-}
-
 /// While it lives, the screen is a temporary file. Then its warnings, what EVP says, and all that follows an error, are
 /// shown.
 class HiddenScreen {
@@ -333,10 +324,10 @@ class HiddenScreen {
     rewind(hidden);
     char line[512];
     for (bool failed = false; fgets(line, sizeof(line), hidden);) {
-      if (starts_with(line, "ERROR")) failed = true;
-      const bool warns = starts_with(line, "WARNING") && !strstr(line, HARMLESS);
-      const bool ours = starts_with(line, "evp/lj:") || starts_with(line, "pair evp/lj:") ||
-          starts_with(line, "fix evp/");
+      if (utils::strmatch(line, "^ERROR")) failed = true;
+      const bool warns = utils::strmatch(line, "^WARNING") && !strstr(line, HARMLESS);
+      const bool ours = utils::strmatch(line, "^evp/lj:") ||
+          utils::strmatch(line, "^pair evp/lj:") || utils::strmatch(line, "^fix evp/");
       if (failed || warns || ours) fputs(line, shown);
     }
     fflush(shown);

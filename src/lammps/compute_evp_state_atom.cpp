@@ -3,7 +3,6 @@
 #include "compute_evp_state_atom.h"
 
 #include "core/strain_fit.h"
-#include "core/volume_energy.h"
 #include "fix_evp_bonds.h"
 #include "scene.h"
 #include "user_input.h"
@@ -12,7 +11,6 @@
 #include "group.h"
 #include "input.h"
 #include "math_const.h"
-#include "memory.h"
 #include "variable.h"
 
 #include <algorithm>
@@ -83,11 +81,6 @@ ComputeEVPStateAtom::ComputeEVPStateAtom(LAMMPS *lmp, int narg, char **arg) :
   comm_reverse = std::max(comm_reverse, stress->comm_reverse);
   pressatomflag = stress->pressatomflag;
   timeflag = stress->timeflag;
-}
-
-ComputeEVPStateAtom::~ComputeEVPStateAtom()
-{
-  memory->destroy(array_atom);
 }
 
 bool ComputeEVPStateAtom::has(Value value) const

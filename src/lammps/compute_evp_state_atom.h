@@ -5,6 +5,8 @@
 #include "pair_data.h"
 #include "per_atom.h"
 
+#include "memory.h"
+
 #include <memory>
 #include <vector>
 
@@ -15,7 +17,7 @@ namespace LAMMPS_NS {
 class ComputeEVPStateAtom : public EVP::WithPerAtomComm<Compute> {
  public:
   ComputeEVPStateAtom(class LAMMPS *, int, char **);
-  ~ComputeEVPStateAtom() override;
+  ~ComputeEVPStateAtom() override { memory->destroy(array_atom); }
 
   void init() override;
   void compute_peratom() override;

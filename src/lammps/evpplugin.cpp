@@ -25,21 +25,12 @@
 
 using namespace LAMMPS_NS;
 
-namespace {
-
-// LAMMPS' list of plugins belongs to the process, its styles to the instance: a style that another instance has loaded
-// is ignored by LAMMPS where this one loads it, and stays unknown here.
-
-/// Has an instance of this process loaded a style of that kind and name?
-bool is_listed(const char *kind, const char *name)
-{
-  char listed_kind[64], listed_name[64];
-  for (int k = 0; k < lammps_plugin_count(); k++)
-    if (lammps_plugin_name(k, listed_kind, listed_name, sizeof(listed_kind)) &&
-        std::strcmp(kind, listed_kind) == 0 && std::strcmp(name, listed_name) == 0)
-      return true;
-  return false;
+// of PLUGIN/plugin.h, which is not on the include path: the place in LAMMPS' list, -1 if it is not there
+namespace LAMMPS_NS {
+int plugin_find(const char *kind, const char *name);
 }
+
+namespace {
 
 /// Makes the style known to this instance, as LAMMPS does. False if it is known, or of no kind of ours.
 bool make_known(LAMMPS *lmp, const lammpsplugin_t &style)
@@ -84,7 +75,9 @@ extern "C" __attribute__((visibility("default"))) void lammpsplugin_init(void *l
     else
       plugin.creator.v2 = creator;
     plugin.info = info;
-    if (!is_listed(kind, name) || !make_known((LAMMPS *) lmp, plugin))
+    // LAMMPS' list of plugins belongs to the process, its styles to the instance: a style that another instance has
+    // loaded is ignored by LAMMPS where this one loads it, and would stay unknown here
+    if (plugin_find(kind, name) < 0 || !make_known((LAMMPS *) lmp, plugin))
       ((lammpsplugin_regfunc) regfunc)(&plugin, lmp);
   };
   add("pair", "evp/lj", create<PairEVPLJ>, "EVP two-regime pair style, Gado et al. 2017");

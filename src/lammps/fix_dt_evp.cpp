@@ -66,12 +66,13 @@ double FixDtEVP::find_stable_dt()
 {
   limits.linearise(*PairData::require_present(force, error, who), {groupbit});
   const double bound = limits.bound();
-  if (last.ratio == 0.0 || fraction * last.ratio > 1.0 ||
-      std::fabs(bound - last.bound) > BOUND_CHANGES * last.bound) {
+  if (last_ratio == 0.0 || fraction * last_ratio > 1.0 ||
+      std::fabs(bound - last_bound) > BOUND_CHANGES * last_bound) {
     const double limit_now = limits.limit();
-    last = {limits.converged() ? limit_now / bound : 1.0, bound};
+    last_ratio = limits.converged() ? limit_now / bound : 1.0;
+    last_bound = bound;
   }
-  return last.ratio * bound;
+  return last_ratio * bound;
 }
 
 // the smallest of what stability, rotation and the user allow; at set-up at once,
@@ -81,27 +82,21 @@ void FixDtEVP::set_dt(bool at_setup)
   stable_dt = find_stable_dt();
   double dt = fraction * stable_dt;
   limit = STABILITY;
-  if (dt > maximum) {
-    dt = maximum;
-    limit = MAXIMUM;
-  }
-  if (!at_setup && dt > GROWTH_PER_CHECK * update->dt) {
-    dt = GROWTH_PER_CHECK * update->dt;
-    limit = GROWTH;
-  }
+  const auto keep_below = [&](double most, Limit by) {
+    if (most < dt) {
+      dt = most;
+      limit = by;
+    }
+  };
+  keep_below(maximum, MAXIMUM);
+  if (!at_setup) keep_below(GROWTH_PER_CHECK * update->dt, GROWTH);
   const bool unlimited = stable_dt >= NO_LIMIT && maximum >= NO_LIMIT;
   const bool may_meet = find_fastest(dt);
-  if (is_resolved() || unlimited) {
-    if (opening.dt < dt) {
-      dt = opening.dt;
-      limit = DISPLACEMENT;
-    }
-  } else if (opening.dt < dt)
+  if (is_resolved() || unlimited)
+    keep_below(opening.dt, DISPLACEMENT);
+  else if (opening.dt < dt)
     warn_of_displacement(dt);
-  if (turning.dt < dt) {
-    dt = turning.dt;
-    limit = ROTATION;
-  }
+  keep_below(turning.dt, ROTATION);
   report_limit(dt);
   if (unlimited && std::min(opening.dt, turning.dt) >= NO_LIMIT &&
       (at_setup || !on_any(may_meet, world)))

@@ -46,12 +46,6 @@ class FixDtEVP : public EVP::WithPerAtomComm<Fix> {
     double id_i, id_j;
   };
 
-  /// Row sums bound the largest stable timestep from below; its ratio to this bound, and the bound, when it was last found
-  /// by eigenvalues.
-  struct Eigenvalues {
-    double ratio = 0.0, bound = 0.0;
-  };
-
   static constexpr double NO_LIMIT = EVP::StableTimesteps::NO_LIMIT;
 
   double fraction = 0.0;             // of the stable timestep
@@ -62,7 +56,8 @@ class FixDtEVP : public EVP::WithPerAtomComm<Fix> {
 
   Values velocity;    // with ghosts
   double stable_dt = NO_LIMIT;
-  Eigenvalues last;
+  // row sums bound the largest stable timestep from below: the ratio to this bound, and the bound, when last by eigenvalues
+  double last_ratio = 0.0, last_bound = 0.0;
   FastestPair opening = {NO_LIMIT, 0.0, 0.0}, turning = opening;    // along and across its axis
   Limit limit = NOTHING;
   bool displacement_reported = false, rotation_reported = false;

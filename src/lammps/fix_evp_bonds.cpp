@@ -92,12 +92,6 @@ void FixEVPBonds::init()
   }
 }
 
-// the first rank says in restart files how long the longest record is, so that all must agree
-void FixEVPBonds::set_exchange_room()
-{
-  maxexchange = reduce_all(bonds->most_words(), MPI_MAX, world);
-}
-
 // flow and breaking are known to the pair style in force only
 void FixEVPBonds::check_history() const
 {
@@ -292,7 +286,7 @@ double FixEVPBonds::count_broken()
   return (double) reduce_all(bonds->broken(), MPI_SUM, world);
 }
 
-int FixEVPBonds::unpack(int i, const double *buf)
+int FixEVPBonds::unpack_exchange(int i, double *buf)
 {
   const int words = bonds->unpack(i, buf);
   maxexchange = std::max(maxexchange, words);
@@ -358,11 +352,11 @@ int FixEVPBonds::pack_restart(int i, double *buf)
 
 void FixEVPBonds::unpack_restart(int nlocal, int nth)
 {
-  const double *record = scene::find_restored(atom, nlocal, nth);
+  double *record = scene::find_restored(atom, nlocal, nth);
   if (!record || !bonds->fits(record + 1, (size_t) record[0] - 1))
     error->one(FLERR,
                "{}: the bonds of atom {} in the restart file are damaged, or the atom is not from "
                "that file: define the fix right after read_restart",
                who, atom->tag[nlocal]);
-  unpack(nlocal, record + 1);
+  unpack_exchange(nlocal, record + 1);
 }

@@ -51,7 +51,7 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   void copy_arrays(int i, int j, int /*delflag*/) override { bonds->copy(i, j); }
   void set_arrays(int i) override { bonds->clear(i); }
   int pack_exchange(int i, double *buf) override { return bonds->pack(i, buf); }
-  int unpack_exchange(int i, double *buf) override { return unpack(i, buf); }
+  int unpack_exchange(int, double *) override;
 
   void write_restart(FILE *) override;
   void restart(char *) override;
@@ -98,8 +98,7 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   std::string misplaced_message(int64_t id_found) const;
   // LAMMPS' buffers for one atom must hold the longest record of any MPI rank: the first rank says in
   // restart files how long that is
-  void set_exchange_room();
-  int unpack(int i, const double *buf);
+  void set_exchange_room() { maxexchange = EVP::reduce_all(bonds->most_words(), MPI_MAX, world); }
 };
 
 }    // namespace LAMMPS_NS

@@ -5,12 +5,9 @@
 #include "collective.h"
 #include "fix_evp_bonds.h"
 #include "fix_nve_evp.h"
-#include "scene.h"
 
 #include "domain.h"
 #include "group.h"
-
-#include <algorithm>
 
 using namespace LAMMPS_NS;
 using namespace EVP;
@@ -24,8 +21,8 @@ FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp,
   scene::demand_only_one(modify, error, this, who);
   nevery = 1;
   scene::offer_values(this, NENTRIES);
-  follow_atoms();
   keep_records();
+  atom->add_callback(Atom::GROW);
 }
 
 void FixEVPEnergy::init()
@@ -98,17 +95,11 @@ void FixEVPEnergy::unwrap(int i, double *x) const
   for (int c = 0; c < 3; c++) x[c] = atom->x[i][c] + shift[c];
 }
 
-// does fix nve/evp solve for the damping?
-bool FixEVPEnergy::is_solved() const
+// of the last force evaluation
+ActingForces FixEVPEnergy::acting_forces() const
 {
-  return implicit && pair_data->damps_implicitly();
-}
-
-// calls f(ActingForces) with those of this step
-template <class F> void FixEVPEnergy::with_forces(F &&f) const
-{
-  with_acting_forces(*work, atom->f[0], is_solved() ? implicit->applied_damping().data() : nullptr,
-                     f);
+  return {atom->f[0], work->force.data(), work->damping.empty() ? nullptr : work->damping.data(),
+          is_solved() ? implicit->applied_damping().data() : nullptr, work->separates};
 }
 
 // work of a box that deforms on the dampers of fix nve/evp, over half a step
@@ -147,32 +138,31 @@ FixEVPEnergy::Totals FixEVPEnergy::over_all_ranks(Totals totals) const
 FixEVPEnergy::Works FixEVPEnergy::works_of_step()
 {
   double dissipated = 0.0, damped = 0.0, prescribed = 0.0, others = 0.0;
-  with_forces([&](const auto &forces) {
-    for (int i = 0; i < atom->nlocal; i++) {
-      const bool integrated = is_integrated(i);
-      if (integrated) dissipated += forces.dissipated(atom, force, dt_step, i);
-      if (!forces.work_on(integrated)) continue;
-      AtomPast &then = records[i];
-      AtomForces now{};
-      double x[3], done = 0.0;
-      forces.find(i, integrated, now);
-      unwrap(i, x);
-      for (int c = 0; c < 3; c++)
-        done += 0.5 * (then.forces.working[c] + now.working[c]) * (x[c] - then.x[c]);
-      if (box.acts) {
-        done -= box.along(atom->image[i], now.working);
-        damped += box.along(atom->image[i], now.damping);
-      }
-      if (integrated)
-        others += done;
-      else {
-        prescribed -= done;
-        for (int c = 0; c < 3; c++)
-          damped -= 0.5 * (then.forces.damping[c] + now.damping[c]) * (x[c] - then.x[c]);
-      }
-      std::copy_n(x, 3, then.x);
+  const ActingForces forces = acting_forces();
+  for (int i = 0; i < atom->nlocal; i++) {
+    const bool integrated = is_integrated(i);
+    if (integrated) dissipated += forces.dissipated(atom, force, dt_step, i);
+    if (!forces.work_on(integrated)) continue;
+    AtomPast &then = records[i];
+    AtomForces now{};
+    double x[3], done = 0.0;
+    forces.find(i, integrated, now);
+    unwrap(i, x);
+    for (int c = 0; c < 3; c++)
+      done += 0.5 * (then.forces.working[c] + now.working[c]) * (x[c] - then.x[c]);
+    if (box.acts) {
+      done -= box.along(atom->image[i], now.working);
+      damped += box.along(atom->image[i], now.damping);
     }
-  });
+    if (integrated)
+      others += done;
+    else {
+      prescribed -= done;
+      for (int c = 0; c < 3; c++)
+        damped -= 0.5 * (then.forces.damping[c] + now.damping[c]) * (x[c] - then.x[c]);
+    }
+    std::copy_n(x, 3, then.x);
+  }
   dissipated *= 0.5 * dt_step;
   if (is_solved()) dissipated += 0.5 * dt_step * implicit->power_before();
 
@@ -195,17 +185,16 @@ void FixEVPEnergy::post_integrate()
     by_damping = box.by_damping(dt_step);    // at the rates of these forces
     box.begin_step(domain, by_damping, damping_of_box());
   }
-  with_forces([&](const auto &forces) {
-    dissipated_at_begin = 0.0;
-    for (int i = 0; i < atom->nlocal; i++) {
-      const bool integrated = is_integrated(i);
-      if (integrated) dissipated_at_begin += forces.dissipated(atom, force, dt_step, i);
-      if (!forces.work_on(integrated)) continue;
-      AtomForces &now = records[i].forces;
-      forces.find(i, integrated, now);
-      if (box.acts) damped += box.add(atom->image[i], integrated, now);
-    }
-  });
+  const ActingForces forces = acting_forces();
+  dissipated_at_begin = 0.0;
+  for (int i = 0; i < atom->nlocal; i++) {
+    const bool integrated = is_integrated(i);
+    if (integrated) dissipated_at_begin += forces.dissipated(atom, force, dt_step, i);
+    if (!forces.work_on(integrated)) continue;
+    AtomForces &now = records[i].forces;
+    forces.find(i, integrated, now);
+    if (box.acts) damped += box.add(atom->image[i], integrated, now);
+  }
   dissipated_at_begin = 0.5 * dt_step * dissipated_at_begin + by_damping + damped;
   if (is_solved()) dissipated_at_begin += 0.5 * dt_step * implicit->power_after();
 }
@@ -217,8 +206,7 @@ void FixEVPEnergy::pre_exchange()
 
 void FixEVPEnergy::pre_neighbor()
 {
-  if (!box.acts) return;
-  box.note_flip(domain);
+  if (box.acts) box.note_flip(domain);
   note_images();
 }
 

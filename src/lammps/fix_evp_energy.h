@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <memory>
-#include <type_traits>
 #include <utility>
 
 namespace EVP {
@@ -20,25 +19,25 @@ struct AtomForces {
   double damping[3];    ///< explicit one, which is in neither
 };
 
-/// Forces on local atoms: all; those of the pairs, explicit damping included; that damping; that of fix nve/evp, nullptr
-/// without. Damps: there is explicit damping. Others: other forces may act beside these. An atom is integrated if forces move
-/// it, else its motion is prescribed.
-template <bool Damps, bool Others> struct ActingForces {
+/// Forces on local atoms: all; those of the pairs, explicit damping included; that damping, and that of fix nve/evp, nullptr
+/// without. others: other forces may act beside these. An atom is integrated if forces move it, else its motion is prescribed.
+struct ActingForces {
   const double *whole, *of_pairs, *damping, *solved;
+  bool others;
 
   /// Can anything do work on the atom that is an entry of the balance?
-  bool work_on(bool integrated) const { return Others || !integrated; }
+  bool work_on(bool integrated) const { return others || !integrated; }
 
   EVP_INLINE void find(int i, bool integrated, AtomForces &now) const
   {
     const size_t first = (size_t) 3 * i;
     for (int c = 0; c < 3; c++) {
       double of_ours = whole[first + c];
-      if constexpr (Others) of_ours = of_pairs[first + c] + (solved ? solved[first + c] : 0.0);
+      if (others) of_ours = of_pairs[first + c] + (solved ? solved[first + c] : 0.0);
       if (integrated)
         now.working[c] = whole[first + c] - of_ours;
       else {
-        now.damping[c] = Damps ? damping[first + c] : 0.0;
+        now.damping[c] = damping ? damping[first + c] : 0.0;
         now.working[c] = of_ours - now.damping[c];
       }
     }
@@ -49,7 +48,7 @@ template <bool Damps, bool Others> struct ActingForces {
   /// step: of either the mean over the half step is half of its kick away.
   double dissipated(const Atom *atom, const Force *force, double dt, int i) const
   {
-    if constexpr (!Damps) return 0.0;
+    if (!damping) return 0.0;
     const double quarter = 0.25 * dt * scene::inverse_mass(atom, force, i);
     const size_t first = (size_t) 3 * i;
     const double *const v = atom->v[0] + first, *const f = whole + first;
@@ -58,20 +57,6 @@ template <bool Damps, bool Others> struct ActingForces {
     return sum;
   }
 };
-
-/// Calls f(ActingForces) with those of the last force evaluation.
-template <class F>
-void with_acting_forces(const PairWork &pairs, const double *whole, const double *solved, F &&f)
-{
-  const auto call = [&](auto damps, auto others) {
-    f(ActingForces<damps, others>{whole, pairs.force.data(), pairs.damping.data(), solved});
-  };
-  using std::false_type, std::true_type;
-  if (pairs.damping.empty())
-    pairs.separates ? call(false_type(), true_type()) : call(false_type(), false_type());
-  else
-    pairs.separates ? call(true_type(), true_type()) : call(true_type(), false_type());
-}
 
 /// Edges for which image_shift() is the number of boxes along each of them.
 constexpr Edges COUNT_OF_BOXES = {1.0, 1.0, 1.0, 0.0, 0.0, 0.0};
@@ -211,6 +196,7 @@ namespace LAMMPS_NS {
 class FixEVPEnergy : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::AtomPast> {
  public:
   FixEVPEnergy(class LAMMPS *, int, char **);
+  ~FixEVPEnergy() override { atom->delete_callback(id, Atom::GROW); }
 
   int setmask() override
   {
@@ -287,8 +273,9 @@ class FixEVPEnergy : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Ato
   EVP::BoxWork box{*work};
 
   bool is_integrated(int i) const { return atom->mask[i] & integrated_groupbits; }
-  template <class F> void with_forces(F &&f) const;
-  bool is_solved() const;
+  EVP::ActingForces acting_forces() const;
+  // does fix nve/evp solve for the damping?
+  bool is_solved() const { return implicit && pair_data->damps_implicitly(); }
   bool others_act() const;
   void take_work(bool at_setup);
   Instant instant_here() const;

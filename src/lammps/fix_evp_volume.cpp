@@ -52,9 +52,8 @@ FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp,
 
   forces = std::make_shared<VolumeForces>(lmp, who, groupbit, kv, records, *this);
   forces->law = law;
-  follow_atoms();
-  atom->add_callback(Atom::RESTART);
   keep_records();
+  for (const int what : {Atom::GROW, Atom::RESTART}) atom->add_callback(what);
 }
 
 void *FixEVPVolume::extract(const char *name, int &dim)
@@ -113,11 +112,6 @@ int FixEVPVolume::unpack_exchange(int i, double *buf)
   const int n = AtomRecords::unpack_exchange(i, buf);
   shown[i] = records[i].strain;
   return n;
-}
-
-double FixEVPVolume::compute_scalar()
-{
-  return reduce_all(forces->energy(), MPI_SUM, world);
 }
 
 double FixEVPVolume::compute_vector(int n)

@@ -15,7 +15,10 @@ namespace LAMMPS_NS {
 class FixEVPVolume : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::VolumeForces::Record> {
  public:
   FixEVPVolume(class LAMMPS *, int, char **);
-  ~FixEVPVolume() override { atom->delete_callback(id, Atom::RESTART); }
+  ~FixEVPVolume() override
+  {
+    for (const int what : {Atom::GROW, Atom::RESTART}) atom->delete_callback(id, what);
+  }
 
   int setmask() override { return FixConst::POST_FORCE | FixConst::MIN_POST_FORCE; }
   void init() override;
@@ -26,7 +29,7 @@ class FixEVPVolume : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Vol
 
   // f_ID: energy. f_ID[1..4]: mean, lowest and highest volume strain of the atoms of the group that
   // have bonds, and how many of these are beyond cavitation. Per atom: volume strain
-  double compute_scalar() override;
+  double compute_scalar() override { return EVP::reduce_all(forces->energy(), MPI_SUM, world); }
   double compute_vector(int) override;
 
   /// "volume": the std::shared_ptr<VolumeForces>.

@@ -9,7 +9,6 @@
 #include "comm.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -40,7 +39,7 @@ FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
   dynamic_group_allow = 0;
   virial_global_flag = virial_peratom_flag = thermo_virial = 1;
   scene::offer_values(this, 2);
-  follow_atoms();
+  atom->add_callback(Atom::GROW);
 }
 
 void FixNVEEVP::init()
@@ -215,7 +214,7 @@ template <class F> void FixNVEEVP::for_each_mean_velocity(double dt, F &&f) cons
   for (int i = 0; positions_known && i < atom->nlocal; i++) {
     double x[3];
     domain->unmap(atom->x[i], atom->image[i], x);
-    for (int c = 0; c < 3; c++) f(i, c, (x[c] - records[i].x[c]) / dt);
+    for (int c = 0; c < 3; c++) f(i, c, (x[c] - records[i][c]) / dt);
   }
 }
 

@@ -8,16 +8,8 @@
 
 #include "domain.h"
 
+#include <array>
 #include <vector>
-
-namespace EVP {
-
-/// Of an atom at the last solve, where a fix move may turn or accelerate it.
-struct LastPosition {
-  double x[3];    ///< unwrapped
-};
-
-}    // namespace EVP
 
 namespace LAMMPS_NS {
 
@@ -29,9 +21,11 @@ namespace LAMMPS_NS {
 ///
 /// Between steps atoms hold v = (v- + v+)/2, and f holds F plus the damping force that took v- to v+,
 /// so that both half kicks are those of plain leapfrog and other fixes read the whole force.
-class FixNVEEVP : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::LastPosition> {
+/// The records are unwrapped positions at the last solve, where a fix move may turn or accelerate atoms.
+class FixNVEEVP : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, std::array<double, 3>> {
  public:
   FixNVEEVP(class LAMMPS *, int, char **);
+  ~FixNVEEVP() override { atom->delete_callback(id, Atom::GROW); }
 
   int setmask() override
   {
@@ -77,7 +71,7 @@ class FixNVEEVP : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::LastPo
   }
   void set_arrays(int i) override
   {
-    if (keeps_records()) domain->unmap(atom->x[i], atom->image[i], records[i].x);
+    if (keeps_records()) domain->unmap(atom->x[i], atom->image[i], records[i].data());
   }
 
  private:

@@ -28,10 +28,6 @@
 #define EVP_TEXT_OF(value) #value
 #define EVP_TEXT(macro) EVP_TEXT_OF(macro)
 
-#ifndef EVP_VERSION
-#define EVP_VERSION "unknown"
-#endif
-
 #ifdef LAMMPS_BIGBIG
 #define EVP_INTEGERS "bigbig"
 #else

@@ -2,7 +2,6 @@
 
 #include "pair_data.h"
 
-#include "collective.h"
 #include "scene.h"
 
 #include "atom_vec.h"

@@ -212,10 +212,8 @@ class PairData : protected Pointers {
   /// Does any row name the bodies that it holds for, so that the bonds must be measured?
   bool wants_measures() const { return coefficients.any_scaled(); }
 
-  VolumeForces *volume() const
-  {
-    return volume_.lock().get();
-  }    ///< nullptr without fix evp/volume
+  /// nullptr without fix evp/volume
+  VolumeForces *volume() const { return volume_.lock().get(); }
 
   /// dlim/(R_i + R_j) of a pair of atom types, 0 where this style does not act. Known after init().
   double alpha_of(int itype, int jtype) const

@@ -4,6 +4,7 @@
 
 #include "core/files.h"
 #include "core/pair_block.h"
+#include "per_atom.h"
 #include "scene.h"
 #include "user_input.h"
 
@@ -82,7 +83,6 @@ void PairEVPLJ::allocate()
   std::fill_n(setflag[0], n * n, 0);
   std::fill_n(cutsq[0], n * n, 0.0);
   coefficients.resize(atom->ntypes);
-  pair_data.types.set_types(atom->ntypes);
 }
 
 // pair_style evp/lj [contact literal|repulsive|none] [overlap 0.3] [plasticity none|isotropic] [break none|XI]

@@ -68,6 +68,7 @@ void PairHistories::break_bonds(const std::vector<int> &broken, PairWork *work)
     }
     const Span left = rules.of_broken(atom->radius[i] + atom->radius[bond.j], 1.0 / bond.inv_deq);
     if (left.cutoff == 0.0 || !contacts.make_room(1)) continue;
+    // its cutoff is its deq
     contacts.set(contacts.size(), bond.j, left.deq, bond.law, bond.record);
     contacts.add_row(i, 1);
   }

@@ -2,7 +2,6 @@
 
 #include "pair_list_builder.h"
 
-#include "core/simd.h"
 #include "scene.h"
 
 #include "domain.h"
@@ -23,7 +22,6 @@ struct PairListBuilder::View {
   const int *type, *mask;
   const tagint *tag;
   const int *numneigh, *const *firstneigh;
-  AtomBodies bodies;
 };
 
 PairListBuilder::Found PairListBuilder::build(const Input &input, PairLists &lists)
@@ -54,8 +52,7 @@ PairListBuilder::Found PairListBuilder::pack_rows(const Input &input, PairLists 
                atom->mask,
                atom->tag,
                input.neighbors->numneigh,
-               input.neighbors->firstneigh,
-               {atom, input.within}};
+               input.neighbors->firstneigh};
   for (int kind = 0; kind < 4; kind++)
     if (force->special_lj[kind] == 0.0) view.excluded |= 1 << kind;
   const int *const ilist = input.neighbors->ilist, inum = input.neighbors->inum;
@@ -142,12 +139,13 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
     if (implicit) law = input.coefficients->undamped(law);
     Span span;
     if (is_bond) {
-      if (dsq > dlim * dlim && !is_nearest_image(dx, dy, dz)) continue;
+      // in a box of few cutoffs a neighbor list holds several images of a partner
+      if (dsq > dlim * dlim && domain->minimum_image_check(dx, dy, dz)) continue;
       span = rules.of_bond(records[record].deq, dlim);
       bonds.add(span.deq, lists.bonds.cutoff_squared(span.cutoff), j, law, record);
       found.bond_sides += j < lists.nreact ? 2 : 1;
     } else {
-      const bool divided = Divided && !broken && view.bodies.in_different_bodies(i, j);
+      const bool divided = Divided && !broken && in_different_bodies(atom, input.within, i, j);
       if (divided) law = input.coefficients->between_bodies(law);
       span = broken ? rules.of_broken(sum_radii, records[record].deq)
                     : rules.of_contact(sum_radii, dlim, divided);
@@ -166,16 +164,6 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
   slots[nfound] = RecordFinder::NO_SLOT;
   now.rows[i] = {now.size, now.size + nfound};
   now.size += nfound + 1;
-}
-
-// in a box of few cutoffs a neighbor list holds several images of a partner, of which the nearest one is bonded
-bool PairListBuilder::is_nearest_image(double dx, double dy, double dz) const
-{
-  const double *const h = domain->h_inv;
-  const double boxes[3] = {h[0] * dx + h[5] * dy + h[4] * dz, h[1] * dy + h[3] * dz, h[2] * dz};
-  for (int c = 0; c < 3; c++)
-    if (domain->periodicity[c] && std::fabs(boxes[c]) > 0.5) return false;
-  return true;
 }
 
 // of the n pairs behind the last ones of a list, with their history; contacts that have flowed are few

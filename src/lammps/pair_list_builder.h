@@ -41,7 +41,7 @@ class PairListBuilder : protected Pointers {
   explicit PairListBuilder(LAMMPS *lmp) : Pointers(lmp) {}
 
   /// Fills the list in time linear in the neighbors. Of the periodic images of a partner, which share its ID, one is
-  /// bonded: fix evp/bonds ensures that no two of them are within dlim, and past dlim it is the nearest one.
+  /// bonded: fix evp/bonds ensures that no two of them are within dlim, and past dlim it is the minimum image.
   Found build(const Input &, PairLists &);
 
   double memory_usage() const { return bytes_of(last.slots, now.slots, last.rows, now.rows); }
@@ -68,7 +68,6 @@ class PairListBuilder : protected Pointers {
   struct View;
   template <bool Divided> Found pack_rows(const Input &, PairLists &);
   template <bool Divided> void pack_row(const Input &, const View &, int i, PairLists &, Found &);
-  bool is_nearest_image(double dx, double dy, double dz) const;
   static void add_row(const Input &, const View &, int i, PairList &, int n);
   void count_overlap(int i, int j, double dsq, double deq, const PairLaw &, Overlaps &) const;
 };

@@ -10,7 +10,6 @@
 #include "comm.h"
 #include "domain.h"
 
-#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <sstream>
@@ -20,26 +19,18 @@ namespace EVP {
 
 using Source = Coefficients::Source;
 
-void PairTypes::set_types(int ntypes)
-{
-  ntypes++;
-  max_radius.assign(ntypes, 0.0);
-  min_radius.assign(ntypes, 0.0);
-  longest_of.assign((size_t) ntypes * ntypes, -1.0);
-}
-
 void PairTypes::begin_run(const BondStore *bonds)
 {
-  std::fill(longest_of.begin(), longest_of.end(), -1.0);
-  std::fill(max_radius.begin(), max_radius.end(), 0.0);
-  std::fill(min_radius.begin(), min_radius.end(), HUGE_VAL);
+  const int ntypes = atom->ntypes + 1;
+  max_radius.assign(ntypes, 0.0);
+  min_radius.assign(ntypes, HUGE_VAL);
+  longest_of.assign((size_t) ntypes * ntypes, -1.0);
   for (int i = 0; i < atom->nlocal; i++) {
     double &largest = max_radius[atom->type[i]], &smallest = min_radius[atom->type[i]];
     const double radius = atom->radius[i];
     largest = std::max(largest, radius);
     smallest = std::min(smallest, std::isfinite(radius) ? radius : -HUGE_VAL);
   }
-  const int ntypes = (int) max_radius.size();
   MPI_Allreduce(MPI_IN_PLACE, max_radius.data(), ntypes, MPI_DOUBLE, MPI_MAX, world);
   MPI_Allreduce(MPI_IN_PLACE, min_radius.data(), ntypes, MPI_DOUBLE, MPI_MIN, world);
 
@@ -102,11 +93,11 @@ bool PairTypes::take_measures(const BondStore *bonds)
 
 void PairTypes::take_kv()
 {
-  VolumeForces::take_kv(modify, [this](int type, double &kv) {
+  const auto volume = scene::find_shared<VolumeForces>(modify, "evp/volume", "volume");
+  for (int type = 1; volume && volume->is_of_rows() && type <= atom->ntypes; type++)
     stop_at_bad_row(type, type, [&] {
-      kv = coefficients.kv(type);
+      volume->set_kv(type, coefficients.kv(type));
     });
-  });
 }
 
 void PairTypes::rescale_if_measures_changed(const BondStore *bonds, bool plastic)
@@ -192,7 +183,6 @@ void PairTypes::check(const PairList &list, const VolumeForces *volume) const
   const bool has_kv = volume && volume->is_of_rows();
   int first = 0;    // type, of the pair of types or of the KV
   for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
-    if (!p.is_bond) return;
     const int a = atom->type[p.i], b = atom->type[p.j];
     if (unknown[(size_t) a * n + b]) first = std::max(a, b);
     for (const int type : {a, b})

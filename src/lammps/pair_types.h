@@ -17,8 +17,6 @@ class PairTypes : protected Pointers {
  public:
   PairTypes(LAMMPS *lmp, Coefficients &made) : Pointers(lmp), coefficients(made) {}
 
-  void set_types(int ntypes);
-
   /// Collective, at set-up: takes the radii and bonds of the run to come; bonds: nullptr without. No pair of types is
   /// handled yet.
   void begin_run(const BondStore *bonds);
@@ -47,7 +45,7 @@ class PairTypes : protected Pointers {
   /// At the set-up of a run. Warns where a row has a volume energy and there is no fix evp/volume. Again only when it changes.
   void report();
 
-  /// Collective. Stops where bonds join types that had none when they were measured: types may have been set since.
+  /// Collective. Stops where these bonds join types that had none when they were measured: types may have been set since.
   void check(const PairList &, const VolumeForces *) const;
 
  private:

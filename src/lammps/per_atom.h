@@ -128,15 +128,11 @@ template <class Base> class WithPerAtomComm : public Base, public PerAtomComm {
 };
 
 /// A Fix with one record per local atom, which goes where its atom goes; set_arrays(i) makes a new one.
-/// None is kept, and nothing done, before keep_records().
+/// None is kept, and nothing done, before keep_records(). Callbacks of LAMMPS are those of the fix.
 /// Record: a struct of doubles only.
 template <class Base, class Record> class AtomRecords : public Base {
  public:
   AtomRecords(LAMMPS *lmp, int narg, char **arg) : Base(lmp, narg, arg) {}
-  ~AtomRecords() override
-  {
-    if (following) this->atom->delete_callback(this->id, Atom::GROW);
-  }
 
   void grow_arrays(int nmax) override { records.resize(kept ? nmax : 0); }
   void copy_arrays(int i, int j, int /*delflag*/) override
@@ -158,13 +154,6 @@ template <class Base, class Record> class AtomRecords : public Base {
  protected:
   std::vector<Record> records;
 
-  /// Last in the constructor of the fix, which may stop before: LAMMPS takes it from there only.
-  void follow_atoms()
-  {
-    this->atom->add_callback(Atom::GROW);
-    following = true;
-  }
-
   /// From now on: makes the records of the atoms here.
   void keep_records()
   {
@@ -179,7 +168,7 @@ template <class Base, class Record> class AtomRecords : public Base {
  private:
   static constexpr int SIZE = sizeof(Record) / sizeof(double);
   static_assert(sizeof(Record) == SIZE * sizeof(double), "a record travels as its numbers");
-  bool following = false, kept = false;
+  bool kept = false;
 };
 
 }    // namespace EVP

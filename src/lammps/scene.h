@@ -24,26 +24,13 @@
 
 namespace EVP {
 
-/// The bodies of atoms and ghosts by their types or molecules, as these are now.
-class AtomBodies {
- public:
-  AtomBodies(const Atom *atom, BodyRule within) :
-      type(within == BodyRule::TYPE ? atom->type : nullptr),
-      molecule(within == BodyRule::MOLECULE ? atom->molecule : nullptr)
-  {
-  }
-
-  /// Are two atoms of two bodies? One without a molecule, which has the ID 0, is of none.
-  bool in_different_bodies(int i, int j) const
-  {
-    if (molecule) return molecule[i] != molecule[j] || molecule[i] == 0;
-    return type && type[i] != type[j];
-  }
-
- private:
-  const int *type;           // nullptr where they do not matter
-  const tagint *molecule;    // the same
-};
+/// Are two atoms or ghosts of two bodies, as they are now? One without a molecule, which has the ID 0, is of none.
+inline bool in_different_bodies(const Atom *atom, BodyRule within, int i, int j)
+{
+  if (within == BodyRule::MOLECULE && atom->molecule)
+    return atom->molecule[i] != atom->molecule[j] || atom->molecule[i] == 0;
+  return within == BodyRule::TYPE && atom->type[i] != atom->type[j];
+}
 
 /// What is missing where atoms and ghosts must have molecule IDs, with the remedy; empty if they have.
 inline std::string missing_molecules(const LAMMPS *lmp)
@@ -135,9 +122,9 @@ namespace scene {
   }
 
   /// The nth record of an atom that a restart file brought: its number of words, the words. nullptr where it is missing.
-  inline const double *find_restored(const Atom *atom, int i, int nth)
+  inline double *find_restored(const Atom *atom, int i, int nth)
   {
-    const double *record = atom->extra[i], *const end = record + atom->nextra_store;
+    double *record = atom->extra[i], *const end = record + atom->nextra_store;
     const auto fits = [&] {
       return record < end && record[0] >= 1.0 && record[0] <= (double) (end - record);
     };

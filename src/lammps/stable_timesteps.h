@@ -5,8 +5,6 @@
 #include "lammps_names.h"
 #include "pair_data.h"
 
-#include <vector>
-
 namespace EVP {
 
 /// Largest stable timesteps of the pairs that interact now, see doc/compute_evp_dt.rst.

@@ -6,7 +6,6 @@
 #include "core/pairs.h"
 #include "core/volume_energy.h"
 #include "lammps_names.h"
-#include "per_atom.h"
 #include "scene.h"
 
 #include "atom.h"
@@ -34,7 +33,7 @@ class VolumeForces : protected Pointers {
 
   VolumeLaw law;
 
-  /// kv: by atom type, from 1 [energy], or empty: those of the rows of the pair style, by take_kv().
+  /// kv: by atom type, from 1 [energy], or empty: those of the rows of the pair style, by set_kv().
   /// Records and exchange of VolumePasses::WIDTH values per atom are those of the fix.
   VolumeForces(LAMMPS *, const std::string &who, int groupbit, const std::vector<double> &kv,
                std::vector<Record> &records, PerAtomComm &);
@@ -42,13 +41,11 @@ class VolumeForces : protected Pointers {
   /// Of the fix there is, nullptr without, and where it has nothing to do.
   static std::shared_ptr<VolumeForces> find(const Modify *);
 
-  /// Calls take(type, its KV) for all types where these are those of the rows of the pair style.
-  template <class F> static void take_kv(const Modify *modify, F &&take)
+  /// Where these are those of the rows of the pair style.
+  void set_kv(int type, double now)
   {
-    const auto forces = scene::find_shared<VolumeForces>(modify, "evp/volume", "volume");
-    if (!forces || !forces->from_rows) return;
-    for (int type = 1; type < (int) forces->kv.size(); type++) take(type, forces->kv[type]);
-    if (!forces->acts()) forces->forget();
+    kv[type] = now;
+    if (!acts()) forget();
   }
 
   bool is_of_rows() const { return from_rows; }
@@ -156,7 +153,7 @@ class VolumeForces : protected Pointers {
   bool are_pair(int i, int j, bool recorded) const
   {
     return has_bonds[2 * (size_t) i] && has_bonds[2 * (size_t) j] &&
-        (recorded || !AtomBodies(atom, within).in_different_bodies(i, j));
+        (recorded || !in_different_bodies(atom, within, i, j));
   }
   // pairs that no zone recorded count as little as the bonds that are not there
   double reach(double alpha) const { return zone > 0.0 ? std::min(zone, alpha) : alpha; }
