@@ -23,7 +23,6 @@ import os
 import pathlib
 import re
 import shutil
-import tempfile
 import time
 from typing import NamedTuple, Optional, Tuple
 
@@ -271,54 +270,27 @@ class Body(NamedTuple):
 
 
 def measure(path):
-    """The Body of a data file with its FILE.body."""
-    size, read = specimen.read_body(path), specimen.read_data(path)
+    """The Body of a data file with its FILE.body. OSError or ValueError where one is missing or is none."""
+    read, size = specimen.read_data(path), specimen.read_body(path)
     deq = specimen.bond_lengths(read, ALPHA)
-    return Body(pathlib.Path(path).absolute(), len(read.ids), len(deq), float(deq.mean()), float(np.mean(deq**2)), size["volume"], size["length"])
+    return Body(pathlib.Path(path), len(read.ids), len(deq), float(deq.mean()), float(np.mean(deq**2)), size["volume"], size["length"])
 
 
 def make_body(folder, count, seed, density, timeout):
-    """The Body of in.specimen, kept in the folder; made on one rank, as another number of ranks gives another packing. density: of the solid."""
-    path = pathlib.Path(folder) / f"body_{count}_{seed}_{density:.9g}.data"
-    if not path.exists():
-        with attempt_folder(folder) as work:
-            call("in.specimen", {"n": count, "seed": seed, "density": f"{density:.9g}", "out": "body.data"}, 1, work, timeout, f"packing of {count} spheres")
-            os.replace(work / "body.data.body", path.with_name(path.name + ".body"))
-            os.replace(work / "body.data", path)
-    return measure(path)
+    """The Body of in.specimen, body.data in the folder; made on one rank, as another number of ranks gives another packing. density: of the solid."""
+    call("in.specimen", {"n": count, "seed": seed, "density": f"{density:.9g}", "out": "body.data"}, 1, folder, timeout, f"packing of {count} spheres")
+    return measure(folder / "body.data")
 
 
 def given_body(path, folder):
-    """The Body of a data file of the user's with its FILE.body, copied into the folder.
-
-    ValueError where a file is missing or is none.
-    """
-    kept = pathlib.Path(folder) / "given.data"
-    if not pathlib.Path(path).is_file():
-        raise ValueError(f"--body: there is no file {path}; give the data file of a body")
-    body = measure(path)
+    """The Body of a data file of the user's with its FILE.body, copied into the folder. Errors as of measure()."""
     for end in ("", ".body"):
-        shutil.copy(f"{path}{end}", f"{kept}{end}")
-    return body._replace(path=kept.absolute())
-
-
-@contextlib.contextmanager
-def attempt_folder(folder):
-    """A folder of its own for one attempt, so that a process left behind by a killed calibration writes into nothing that is used."""
-    path = pathlib.Path(tempfile.mkdtemp(dir=folder, prefix="attempt_"))
-    try:
-        yield path
-    finally:
-        shutil.rmtree(path, ignore_errors=True)
-
-
-def relative(path, folder):
-    """A file as a deck run in the folder is told of it: folders above both may have spaces, which read_data takes for the end of a name."""
-    return os.path.relpath(pathlib.Path(path).resolve(), pathlib.Path(folder).resolve())
+        shutil.copy(f"{path}{end}", folder / f"body.data{end}")
+    return measure(folder / "body.data")
 
 
 def call(deck, variables, ranks, folder, timeout, title, share=lambda: 0.0):
-    """Run a deck in a folder that is taken away; Failed where it ends badly or lasts beyond `timeout` seconds, RunError where it does not even start.
+    """Run a deck in the folder; Failed where it ends badly or lasts beyond `timeout` seconds, RunError where it does not even start.
 
     share: a function that gives 0..1 while it runs.
     """
@@ -366,24 +338,24 @@ def pull(body, material, *others):
 def pull_material(body, material, xi_s, targets, finer, ranks, folder, timeout, title):
     """(found, curve) of a quasi-static run: by the names of Targets.aims, nu always; strain and stress [Pa] as sizes. Failed, with the reason.
 
-    material: the deck's variables that choose it.
+    material: the deck's variables that choose it; folder: that of the body.
     """
     ends = legs(xi_s, targets, finer)
     ends[0] = tuple(0.5 * value for value in ends[0])  # the middle may be stretched twice as far as the grips say
     begin = time.monotonic()
-    with attempt_folder(folder) as work:
-        for number, (end, increment) in enumerate(ends):
-            variables = {"specimen": relative(body.path, work), **material, **RULES, "strain": f"{end:.9g}", "increment": f"{increment:.9g}",
-                         "resume": "yes" if number else "no", "out": "pull"}
-            left = timeout - (time.monotonic() - begin)
-            call("in.quasistatic", variables, ranks, work, left, title, lambda: last_share(work / "pull.csv", ends[-1][0]))
-            if number == 0:
-                state = dump.last_positions(work / "pull_state.dump")
-                if not np.all(np.isfinite(state)):
-                    raise Failed("a position is not finite")
-                share = last_strain(work / "pull.csv") / math.copysign(read_curve(work / "pull.csv")[0][-1], end)
-                ends[1:] = [(OVERSHOOT * share * end, share * size) for end, size in ends[1:]]
-        strain, stress = read_curve(work / "pull.csv")
+    (folder / "pull.csv").unlink(missing_ok=True)  # of the run before, which would be taken for progress
+    for number, (end, increment) in enumerate(ends):
+        variables = {"specimen": body.path.name, **material, **RULES, "strain": f"{end:.9g}", "increment": f"{increment:.9g}",
+                     "resume": "yes" if number else "no", "out": "pull"}
+        left = timeout - (time.monotonic() - begin)
+        call("in.quasistatic", variables, ranks, folder, left, title, lambda: last_share(folder / "pull.csv", ends[-1][0]))
+        if number == 0:
+            state = dump.last_positions(folder / "pull_state.dump")
+            if not np.all(np.isfinite(state)):
+                raise Failed("a position is not finite")
+            share = last_strain(folder / "pull.csv") / math.copysign(read_curve(folder / "pull.csv")[0][-1], end)
+            ends[1:] = [(OVERSHOOT * share * end, share * size) for end, size in ends[1:]]
+    strain, stress = read_curve(folder / "pull.csv")
     if strain[-1] < abs(targets.strain):
         raise Failed(f"the middle of the body was stretched to {strain[-1]:.4g} only: it is no thinner than the ends")
     try:
@@ -416,11 +388,11 @@ def read_curve(path, strain="strain_gauge"):
 def flow_stress(body, material, targets, rate, ranks, folder, timeout, title):
     """Mean stress [Pa] over the second half of a run of in.traction at a rate. Failed, with the reason."""
     end = math.copysign(max(0.012, 2.5 * (targets.yield_strain + YIELD_OFFSET)), targets.strain)
-    variables = {**typed(body, material), **RULES, "strain": f"{abs(end):.9g}",
+    variables = {"specimen": body.path.name, **typed(body, material), **RULES, "strain": f"{abs(end):.9g}",
                  "rate": f"{math.copysign(rate, end):.9g}", "integrator": "implicit" if material.row.gamma > 0.0 else "explicit", "out": "rate"}
-    with attempt_folder(folder) as work:
-        call("in.traction", {"specimen": relative(body.path, work), **variables}, ranks, work, timeout, title, lambda: last_share(work / "rate.csv", end))
-        strain, stress = read_curve(work / "rate.csv", "strain")
+    (folder / "rate.csv").unlink(missing_ok=True)
+    call("in.traction", variables, ranks, folder, timeout, title, lambda: last_share(folder / "rate.csv", end))
+    strain, stress = read_curve(folder / "rate.csv", "strain")
     late = strain > 0.5 * strain[-1]
     strain, stress = strain[late], stress[late]
     return float(trapezoid(stress, strain) / (strain[-1] - strain[0]))
