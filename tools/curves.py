@@ -30,6 +30,7 @@ same run at the same rate with gamma = 0; with --rate, --specimen and --coeff it
 and rho c L rate.
 """
 
+import math
 import pathlib
 
 from evp import curves, figures, law, rates, specimen
@@ -103,6 +104,9 @@ def one_load(paths, strain):
 
 def evaluated(args, numbers):
     """({path: (curve, turns)}, {path: numbers(curve, turns)}); the turns are those of the grips, as the strain of an extensometer jitters."""
+    low, high = getattr(args, "fit", None) or (0.0, 1.0)
+    if not 0.0 <= low < high < math.inf:
+        raise ValueError(f"the range of E must be 0 <= low < high, got {low:g} {high:g}")
     read = {path: (curves.read_curve(path, args.strain), curves.turns(curves.read_curve(path).strain)) for path in dict.fromkeys(args.curves)}
     found = {path: curves.named(path, numbers, curve, turns) for path, (curve, turns) in read.items()}
     for path, line in found.items():
