@@ -230,11 +230,11 @@ def show_rate_shares(args):
         body, size = specimen.read_data(args.specimen), specimen.read_body(args.specimen)
         row, density = rates.run_row(args.coeff, body, size["volume"])
         modulus = curves.modulus(twin.strain, twin.virial)
-        theory = rates.expected(body, row, density, args.rate, modulus, size["length"])
-        print(f"expected at {args.rate:g}/s with E {1e-9 * modulus:.2f} GPa of the twin and tau {theory.tau:.4g} s: E tau rate {1e-6 * theory.viscous:.3f} MPa "
-              f"viscous in the elastic part; inertia below rho c L rate {1e-6 * theory.inertial:.3f} MPa")
+        tau, viscous, inertial = rates.expected(body, row, density, args.rate, modulus, size["length"])
+        print(f"expected at {args.rate:g}/s with E {1e-9 * modulus:.2f} GPa of the twin and tau {tau:.4g} s: E tau rate {1e-6 * viscous:.3f} MPa "
+              f"viscous in the elastic part; inertia below rho c L rate {1e-6 * inertial:.3f} MPa")
     for s in found:
-        print(f"strain {100 * s.strain:.2f} %: stress {1e-6 * s.stress:.2f} MPa, viscous {s.percent(s.viscous):.2f} %, inertial {s.percent(s.inertial):.2f} % "
+        print(f"strain {100 * s.strain:.2f} %: stress {1e-6 * s.stress:.2f} MPa, viscous {100 * s.viscous / s.stress:.2f} %, inertial {100 * s.inertial / s.stress:.2f} % "
               f"({1e-6 * s.viscous:.3f} +- {1e-6 * s.resolution:.3f} MPa, {1e-6 * s.inertial:.3f} MPa)")
     if max(places) > ELASTIC_END:
         print("+- is the vibration of the twin; beyond the elastic part the pairs that only one of the runs lost or met count as viscous too, "

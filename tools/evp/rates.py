@@ -26,18 +26,6 @@ class Shares(NamedTuple):
     inertial: float
     resolution: float
 
-    def percent(self, part):
-        """A part [Pa] in per cent of the stress."""
-        return 100.0 * part / self.stress
-
-
-class Expected(NamedTuple):
-    """Closed forms for one specimen and rate: tau [s]; viscous and inertial stress [Pa]."""
-
-    tau: float
-    viscous: float  # E tau rate, in the elastic part of the curve
-    inertial: float  # rho c L rate, the scale of it
-
 
 def imbalance(curve, at):
     """Root mean square of grip - virial [Pa] over the window of the stress at the strain `at`."""
@@ -127,7 +115,7 @@ def relaxation_time(lengths, row):
 
 
 def expected(specimen, row, density, rate, modulus, length=0.05):
-    """Expected of a Specimen (SI) in a body of this length [m], at a rate [1/s].
+    """(tau [s], E tau rate, rho c L rate [Pa]), the closed forms for a Specimen (SI) in a body of this length [m], at a rate [1/s].
 
     row, density: as the run set them (run_row); modulus: E [Pa], of the twin. ValueError for a rate, gamma or specimen of which nothing can be said.
     """
@@ -139,4 +127,4 @@ def expected(specimen, row, density, rate, modulus, length=0.05):
     if len(lengths) == 0:
         raise ValueError(f"the specimen has no pairs within alpha = {row.alpha:g}")
     tau = relaxation_time(lengths, row)
-    return Expected(tau, modulus * tau * rate, float(np.sqrt(modulus * density)) * length * rate)
+    return tau, modulus * tau * rate, float(np.sqrt(modulus * density)) * length * rate
