@@ -31,7 +31,7 @@ import scipy.optimize
 from scipy.integrate import trapezoid
 
 from . import curves, dump, figures, law, specimen
-from .curves import YIELD_OFFSET
+from .curves import YIELD_OFFSET, CurveError
 from .report import all_or_nothing
 from .run import Failed, Job, last_strain, run_jobs
 
@@ -336,7 +336,7 @@ def pull(body, material, *others):
 
 
 def pull_material(body, material, xi_s, targets, finer, ranks, folder, timeout, title):
-    """(found, curve) of a quasi-static run: by the names of Targets.aims, nu always; strain and stress [Pa] as sizes. Failed, with the reason.
+    """(found, curve) of a quasi-static run: by the names of Targets.aims, nu always; strain and stress [Pa] as sizes. Failed or CurveError, with the reason.
 
     material: the deck's variables that choose it; folder: that of the body.
     """
@@ -351,18 +351,13 @@ def pull_material(body, material, xi_s, targets, finer, ranks, folder, timeout, 
         call("in.quasistatic", variables, ranks, folder, left, title, lambda: last_share(folder / "pull.csv", ends[-1][0]))
         if number == 0:
             state = dump.last_positions(folder / "pull_state.dump")
-            if not np.all(np.isfinite(state)):
-                raise Failed("a position is not finite")
             share = last_strain(folder / "pull.csv") / math.copysign(read_curve(folder / "pull.csv")[0][-1], end)
             ends[1:] = [(OVERSHOOT * share * end, share * size) for end, size in ends[1:]]
     strain, stress = read_curve(folder / "pull.csv")
     if strain[-1] < abs(targets.strain):
         raise Failed(f"the middle of the body was stretched to {strain[-1]:.4g} only: it is no thinner than the ends")
-    try:
-        modulus = curves.modulus(strain, stress)
-        offset = curves.yield_stress(strain, stress, modulus)
-    except curves.CurveError as error:
-        raise Failed(str(error)) from error
+    modulus = curves.modulus(strain, stress)
+    offset = curves.yield_stress(strain, stress, modulus)
     if not math.isfinite(offset):
         raise Failed("the curve does not meet the line of the 0.2 % offset")
     axial, lateral = specimen.middle_strains(specimen.read_data(body.path), state, body.length)
@@ -376,17 +371,13 @@ def last_share(path, end):
 
 
 def read_curve(path, strain="strain_gauge"):
-    """(strain of this column, stress through the cross-sections [Pa]) of a pull or push, both as sizes; Failed where a number is not finite."""
-    try:
-        curve = curves.read_curve(path, strain)
-    except (curves.CurveError, OSError) as error:
-        raise Failed(str(error)) from error
-    sign = math.copysign(1.0, curve.strain[-1])
-    return sign * curve.strain, sign * curve.virial
+    """(strain of this column, stress through the cross-sections [Pa]) of a pull or push, both as sizes; CurveError where a number is not finite."""
+    curve = curves.read_curve(path, strain)
+    return curves.first_way(curve.strain, curve.virial, ())[:2]
 
 
 def flow_stress(body, material, targets, rate, ranks, folder, timeout, title):
-    """Mean stress [Pa] over the second half of a run of in.traction at a rate. Failed, with the reason."""
+    """Mean stress [Pa] over the second half of a run of in.traction at a rate. Failed or CurveError, with the reason."""
     end = math.copysign(max(0.012, 2.5 * (targets.yield_strain + YIELD_OFFSET)), targets.strain)
     variables = {"specimen": body.path.name, **typed(body, material), **RULES, "strain": f"{abs(end):.9g}",
                  "rate": f"{math.copysign(rate, end):.9g}", "integrator": "implicit" if material.row.gamma > 0.0 else "explicit", "out": "rate"}
@@ -532,14 +523,14 @@ class Search:
         return record
 
     def kept(self, key, others, make):
-        """The record with this key, from the table or of make(), a dict; a run that Failed has one, too."""
+        """The record with this key, from the table or of make(), a dict; a run that Failed, or gave no curve, has one, too."""
         key = json.loads(json.dumps(key))
         record = self.table.find(**key) if key["kind"] == "pull" else self.table.find(**key, state="done")
         if record is None:
             begin = time.monotonic()
             try:
                 ended = {"state": "done", **make()}
-            except Failed as failure:
+            except (Failed, CurveError) as failure:
                 ended = {"state": "failed", "reason": str(failure)}
             record = self.table.add({**key, **others, "seconds": round(time.monotonic() - begin, 2), **ended})
         return record
