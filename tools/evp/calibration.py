@@ -95,11 +95,6 @@ class Targets(NamedTuple):
         """The largest strain, with its sign."""
         return max((strain for _, strain in self.points), key=abs)
 
-    @property
-    def volume(self):
-        """kv N/(V E0) of the closed form; 0 where nu is not asked for."""
-        return 0.0 if self.nu is None else volume_ratio(self.nu)
-
 
 def at(strain):
     """Name of a stress at a strain."""
@@ -462,6 +457,7 @@ class ClosedForm:
         self.with_nu, self.bends = targets.nu is not None, len(targets.points) > 1
         limits = [(-np.inf, np.inf), np.log(XI_RANGE), SOFTENING_RANGE] + [(0.0, np.inf)] * self.with_nu + [(0.0, BEND_RANGE[1])] * self.bends
         self.bounds = tuple(np.array(limits).T)
+        self.weights = np.array([OWN, 1.0] + [1.0] * len(targets.points) + [OWN] * self.with_nu)
 
     def shape(self, unknowns):
         volume = unknowns[3] if self.with_nu else 0.0
@@ -474,16 +470,12 @@ class ClosedForm:
         row = law.Row(e1, m, n, rounded(shape.softening * e1), m, n, rounded(shape.xi_s), 0.0, ALPHA)
         return Material(row, rounded(shape.volume * network * body.volume / body.count), rounded(1.0 / shape.bend) if shape.bend > BEND_RANGE[0] else 0.0)
 
-    def weigh(self, misfit):
-        """Times the weights."""
-        return misfit * np.array([OWN, 1.0] + [1.0] * len(self.targets.points) + [OWN] * self.with_nu)
-
     def misfit(self, unknowns):
         """log of each result over its target, in their order, times its weight."""
         shape, network = self.shape(unknowns), math.exp(unknowns[0])
         stresses = affine_stress([strain for _, strain in self.targets.points], shape)
         found = network * np.array([stiffening(shape.volume), affine_offset(shape), *np.abs(stresses)])
-        return self.weigh(np.log(np.append(found, poisson(shape.volume) if self.with_nu else []) / [value for value, _ in self.targets.aims.values()]))
+        return self.weights * np.log(np.append(found, poisson(shape.volume) if self.with_nu else []) / [value for value, _ in self.targets.aims.values()])
 
     def slopes(self, unknowns):
         """(results, unknowns) of the misfit."""
@@ -492,8 +484,9 @@ class ClosedForm:
 
     def start(self):
         """Unknowns of the first run."""
-        first = [math.log(self.targets.modulus / stiffening(self.targets.volume)), math.log(0.5 * self.targets.yield_strain), 0.03]
-        first += [max(self.targets.volume, 0.01)] * self.with_nu + [5.0] * self.bends
+        volume = volume_ratio(self.targets.nu) if self.with_nu else 0.0
+        first = [math.log(self.targets.modulus / stiffening(volume)), math.log(0.5 * self.targets.yield_strain), 0.03]
+        first += [max(volume, 0.01)] * self.with_nu + [5.0] * self.bends
         first[1] = float(np.clip(first[1], *np.log(XI_RANGE) + [0.1, -0.1]))
         found = scipy.optimize.least_squares(self.misfit, first, self.slopes, self.bounds, x_scale="jac", xtol=1e-3, ftol=1e-3, max_nfev=30).x
         found[2] = max(found[2], LEAST_GUESS)
@@ -564,7 +557,7 @@ class Search:
 
     def weighed(self, result):
         """log of each value over its target, times its weight."""
-        return self.closed_form.weigh(np.log1p(list(result.residuals.values())))
+        return self.closed_form.weights * np.log1p(list(result.residuals.values()))
 
     def why_missed(self, result):
         """Why no row is nearer, as far as the run shows."""
