@@ -21,8 +21,8 @@ def test_closed_form():
     nominal = {0.005: 0.00489, 0.006: 0.00568, 0.008: 0.00663, 0.01: 0.00721, 0.02: 0.00863}
     assert calibration.affine_stress(list(nominal), calibration.Shape(3 / 80, 0.005, 0.0)) == pytest.approx(list(nominal.values()), rel=3e-3)
     volume = calibration.volume_ratio(0.33)
-    assert calibration.volume_ratio(0.25) == pytest.approx(0.0, abs=1e-12) and calibration.poisson(volume) == pytest.approx(0.33)
-    assert calibration.affine_stress([1e-6], calibration.Shape(0.0375, 0.005, volume))[0] / 1e-6 == pytest.approx(calibration.stiffening(volume), rel=1e-4)
+    assert calibration.volume_ratio(0.25) == pytest.approx(0.0, abs=1e-12) and calibration.moduli(volume)[1] == pytest.approx(0.33)
+    assert calibration.affine_stress([1e-6], calibration.Shape(0.0375, 0.005, volume))[0] / 1e-6 == pytest.approx(calibration.moduli(volume)[0], rel=1e-4)
     linear, bent = (calibration.affine_stress([0.05], calibration.Shape(0.02, 0.001, 0.0, bend))[0] for bend in (0.0, 50.0))
     assert 0.3 * linear < bent < 0.95 * linear, "saturation: below linear hardening with the same slope at yield"
 
@@ -181,7 +181,7 @@ def closed_form_pull(body, material, targets, *_):
                               1.0 / material.saturation if material.saturation else 0.0)
     bulk, shear = 1.0 / 1.5 + shape.volume, 0.4
     stresses = np.abs(calibration.affine_stress([strain for _, strain in targets.points], shape))
-    return {"E": network * calibration.stiffening(shape.volume), "yield": 0.95 * network * calibration.affine_offset(shape),
+    return {"E": network * calibration.moduli(shape.volume)[0], "yield": 0.95 * network * calibration.affine_offset(shape),
             **{calibration.at(strain): 0.85 * network * stress for (_, strain), stress in zip(targets.points, stresses)},
             "nu": 0.01 + (3 * bulk - 2 * shear) / (2 * (3 * bulk + shear))}, (np.zeros(2), np.zeros(2))
 

@@ -208,16 +208,10 @@ def volume_ratio(nu):
     return 2.0 * SHEAR * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu)) - BULK
 
 
-def poisson(volume):
-    """Poisson's ratio with the volume energy, the inverse of volume_ratio()."""
+def moduli(volume):
+    """(E/E0, Poisson's ratio) with the volume energy, the latter the inverse of volume_ratio()."""
     bulk = BULK + volume
-    return (3.0 * bulk - 2.0 * SHEAR) / (2.0 * (3.0 * bulk + SHEAR))
-
-
-def stiffening(volume):
-    """E/E0 with the volume energy."""
-    bulk = BULK + volume
-    return 9.0 * bulk * SHEAR / (3.0 * bulk + SHEAR)
+    return 9.0 * bulk * SHEAR / (3.0 * bulk + SHEAR), (3.0 * bulk - 2.0 * SHEAR) / (2.0 * (3.0 * bulk + SHEAR))
 
 
 def affine_stress(strains, shape):
@@ -243,7 +237,7 @@ def affine_stress(strains, shape):
 
 def affine_offset(shape):
     """0.2 % offset yield stress/E0, of a curve whose straight part has the slope E."""
-    slope = stiffening(shape.volume)
+    slope, _ = moduli(shape.volume)
     strain = scipy.optimize.brentq(lambda a: affine_stress([a], shape)[0] - slope * (a - YIELD_OFFSET), YIELD_OFFSET * (1.0 + 1e-9), 0.5, xtol=1e-12)
     return slope * (strain - YIELD_OFFSET)
 
@@ -473,9 +467,10 @@ class ClosedForm:
     def misfit(self, unknowns):
         """log of each result over its target, in their order, times its weight."""
         shape, network = self.shape(unknowns), math.exp(unknowns[0])
+        stiffening, nu = moduli(shape.volume)
         stresses = affine_stress([strain for _, strain in self.targets.points], shape)
-        found = network * np.array([stiffening(shape.volume), affine_offset(shape), *np.abs(stresses)])
-        return self.weights * np.log(np.append(found, poisson(shape.volume) if self.with_nu else []) / [value for value, _ in self.targets.aims.values()])
+        found = network * np.array([stiffening, affine_offset(shape), *np.abs(stresses)])
+        return self.weights * np.log(np.append(found, nu if self.with_nu else []) / [value for value, _ in self.targets.aims.values()])
 
     def slopes(self, unknowns):
         """(results, unknowns) of the misfit."""
@@ -485,7 +480,7 @@ class ClosedForm:
     def start(self):
         """Unknowns of the first run."""
         volume = volume_ratio(self.targets.nu) if self.with_nu else 0.0
-        first = [math.log(self.targets.modulus / stiffening(volume)), math.log(0.5 * self.targets.yield_strain), 0.03]
+        first = [math.log(self.targets.modulus / moduli(volume)[0]), math.log(0.5 * self.targets.yield_strain), 0.03]
         first += [max(volume, 0.01)] * self.with_nu + [5.0] * self.bends
         first[1] = float(np.clip(first[1], *np.log(XI_RANGE) + [0.1, -0.1]))
         found = scipy.optimize.least_squares(self.misfit, first, self.slopes, self.bounds, x_scale="jac", xtol=1e-3, ftol=1e-3, max_nfev=30).x
