@@ -5,9 +5,9 @@
 say() { printf '    %s\n' "$*"; }
 die() { printf 'setup.sh: error: %s\n' "$*" >&2; exit 1; }
 
-phase_start=0
-phase() { phase_start=$SECONDS; printf '== %s\n' "$*"; }
-done_phase() { say "done in $((SECONDS - phase_start)) s"; }
+phase_start=
+done_phase() { [ -z "$phase_start" ] || say "done in $((SECONDS - phase_start)) s"; }
+phase() { done_phase; phase_start=$SECONDS; printf '== %s\n' "$*"; }
 
 # All lines go to the log; the screen gets one every few seconds, so that a long build is seen to move.
 thin() {
