@@ -14,12 +14,11 @@ thin() {
   local line last=$SECONDS
   while IFS= read -r line; do
     printf '%s\n' "$line" >>"$log"
-    if ((SECONDS - last >= 5)); then
-      # ninja: "[12/440] Building CXX object a/b/pair.cpp.o" is shown as "[12/440] pair.cpp.o"
-      [[ $line != \[*/*\]* ]] || line="${line%%] *}] ${line##*/}"
-      printf '      %.100s\n' "$line"
-      last=$SECONDS
-    fi
+    ((SECONDS - last >= 5)) || continue
+    # ninja: "[12/440] Building CXX object a/b/pair.cpp.o" is shown as "[12/440] pair.cpp.o"
+    [[ $line != \[*/*\]* ]] || line="${line%%] *}] ${line##*/}"
+    printf '      %.100s\n' "$line"
+    last=$SECONDS
   done
 }
 
