@@ -281,7 +281,7 @@ def given_body(path, folder):
 def call(deck, variables, ranks, folder, timeout, title, share=lambda: 0.0):
     """Run a deck in the folder; Failed where it ends badly or lasts beyond `timeout` seconds, RunError where it does not even start.
 
-    share: a function that gives 0..1 while it runs.
+    share: a function that gives what is done of it, 0 to 1, while it runs.
     """
     try:
         run_jobs([Job(deck, deck, variables, folder, ranks, done=share)], ranks, title, timeout)
@@ -337,7 +337,7 @@ def pull_material(body, material, xi_s, targets, finer, ranks, folder, timeout, 
         variables = {"specimen": body.path.name, **material, **RULES, "strain": f"{end:.9g}", "increment": f"{increment:.9g}",
                      "resume": "yes" if number else "no", "out": "pull"}
         left = timeout - (time.monotonic() - begin)
-        call("in.quasistatic", variables, ranks, folder, left, title, lambda: last_share(folder / "pull.csv", ends[-1][0]))
+        call("in.quasistatic", variables, ranks, folder, left, title, lambda: last_strain(folder / "pull.csv") / ends[-1][0])
         if number == 0:
             state = dump.last_positions(folder / "pull_state.dump")
             share = last_strain(folder / "pull.csv") / math.copysign(read_curve(folder / "pull.csv")[0][-1], end)
@@ -354,11 +354,6 @@ def pull_material(body, material, xi_s, targets, finer, ranks, folder, timeout, 
     return {"E": modulus, "yield": offset, **stresses, "nu": float(-lateral / axial)}, (strain, stress)
 
 
-def last_share(path, end):
-    """Share of a pull done, from its growing CSV."""
-    return min(1.0, abs(last_strain(path) / end))
-
-
 def read_curve(path, strain="strain_gauge"):
     """(strain of this column, stress through the cross-sections [Pa]) of a pull or push, both as sizes; CurveError where a number is not finite."""
     curve = curves.read_curve(path, strain)
@@ -371,7 +366,7 @@ def flow_stress(body, material, targets, rate, ranks, folder, timeout, title):
     variables = {"specimen": body.path.name, **typed(body, material), **RULES, "strain": f"{abs(end):.9g}",
                  "rate": f"{math.copysign(rate, end):.9g}", "integrator": "implicit" if material.row.gamma > 0.0 else "explicit", "out": "rate"}
     (folder / "rate.csv").unlink(missing_ok=True)
-    call("in.traction", variables, ranks, folder, timeout, title, lambda: last_share(folder / "rate.csv", end))
+    call("in.traction", variables, ranks, folder, timeout, title, lambda: last_strain(folder / "rate.csv") / end)
     strain, stress = read_curve(folder / "rate.csv", "strain")
     late = strain > 0.5 * strain[-1]
     strain, stress = strain[late], stress[late]
