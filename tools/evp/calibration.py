@@ -127,7 +127,16 @@ def check(targets):
             raise ValueError(f"--stress: {stress:.6g} Pa at {strain:g} is not above the stress before, {before:.6g} Pa. The law hardens: end at the largest force "
                              "(nominal stresses of a compression grow with the cross-section: give negative strains if those are meant)")
         before = stress
-    check_rates(targets.rates)
+    if targets.rates:
+        ordered = sorted(targets.rates, key=lambda pair: pair[1])
+        (over0, rate0), (over1, rate1) = ordered[0], ordered[-1]
+        if not 0.0 < rate0 <= rate1 < math.inf:
+            raise ValueError("--rate: give positive rates")
+        slopes = [over / rate for over, rate in ordered]
+        if rate1 > 10.0 * rate0 * (1.0 + 1e-9) and max(slopes) > (1.0 + LINEAR) * min(slopes):
+            raise ValueError(f"--rate: the over-stresses {over0:g} Pa at {rate0:g}/s and {over1:g} Pa at {rate1:g}/s are not linear in the rate over more than "
+                             f"a decade. Damping is linear: it follows a logarithmic law over about one decade only; the nearest with {over1:g} Pa at "
+                             f"{rate1:g}/s has {over1 * rate0 / rate1:.4g} Pa at {rate0:g}/s. Give one of them")
 
 
 NEAR_YIELD = 0.7  # of the 0.2 % yield stress: at least so much has the last row of a measured curve before it
@@ -163,21 +172,6 @@ def read_measured(path, modulus, is_true):
         raise ValueError(f"--curve: {path} does not reach twice the strain of its 0.2 % yield stress with E = {modulus:g} Pa; is the strain a share, not per cent?")
     places = [float(f"{place:.3g}") for place in np.linspace(begin, end, CURVE_POINTS + 1)[1:]]
     return first, tuple((float(np.interp(place, strain, stress)), sign * place) for place in places)
-
-
-def check_rates(rates):
-    """ValueError where a rate is not positive, or the over-stresses are not linear in it over more than a decade."""
-    if not rates:
-        return
-    ordered = sorted(rates, key=lambda pair: pair[1])
-    if not 0.0 < ordered[0][1] <= ordered[-1][1] < math.inf:
-        raise ValueError("--rate: give positive rates")
-    (over0, rate0), (over1, rate1) = ordered[0], ordered[-1]
-    slopes = [over / rate for over, rate in ordered]
-    if rate1 > 10.0 * rate0 * (1.0 + 1e-9) and max(slopes) > (1.0 + LINEAR) * min(slopes):
-        raise ValueError(f"--rate: the over-stresses {over0:g} Pa at {rate0:g}/s and {over1:g} Pa at {rate1:g}/s are not linear in the rate over more than "
-                         f"a decade. Damping is linear: it follows a logarithmic law over about one decade only; the nearest with {over1:g} Pa at "
-                         f"{rate1:g}/s has {over1 * rate0 / rate1:.4g} Pa at {rate0:g}/s. Give one of them")
 
 
 def check_file(path, name):
