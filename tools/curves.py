@@ -6,6 +6,7 @@
   curves.py plot     results/a.csv results/b.csv --labels 1/s 10/s --out curves.png
   curves.py cycle    results/a.csv results/b.csv [--out unloading.png]
   curves.py table    results/*.csv [--at 0.002,0.01] [--target metal.csv] [--csv table.csv]
+  curves.py columns  taylor.csv --x time --y force
   curves.py law      --coeff "80 8 4 3 8 4 0.005 0 1.5" --measured two_spheres.csv --out law.png
   curves.py rate     damped.csv --twin undamped.csv --rate 10 --specimen specimen.data --coeff "80 8 4 3 8 4 0.005 1000 1.5"
 
@@ -19,15 +20,10 @@ this ends before strain 0.004. `--fit LO HI` gives another range.
 `cycle` evaluates curves that unload, as of in.cyclic: strain and stress at the first reversal, residual strain
 at zero stress, of what sprang back the elastic part, stress over unloading modulus, and the rest; slope over the first 0.004 of
 unloading (less where the body flows back before), and area of the last loop.
-`--strain strain_gauge` takes the strain between layers at 0.3 and 0.7 of the length in place of that of the grips.
 `table` prints one line per curve, also in compression or with unloading: E, yield stress and stresses of the first loading, residual
 strain, unloading modulus, the area of each loop; '-' where a curve has no such number. Stresses are
 fitted over +-0.0006 of strain, or interpolated where the rows are farther apart. A target has rows strain,stress in Pa, or a first line
 with strain or strain_percent, and stress or stress_MPa; the differences of the first loading from it are taken at its rows.
-`columns` plots any two columns of CSV files of the decks, such as time and force of in.taylor.
-`rate` separates the viscous and the inertial share of the stress of a damped run. Its twin is the
-same run at the same rate with gamma = 0; with --rate, --specimen and --coeff it also prints the estimates E tau rate
-and rho c L rate.
 """
 
 import math
@@ -285,7 +281,7 @@ def parser():
     sub.add_argument("damped", metavar="CSV")
     sub.add_argument("--twin", required=True, metavar="CSV", help="the same run at the same rate with gamma = 0")
     sub.add_argument("--strains", nargs="+", type=float, metavar="STRAIN", help="(default: 0.002 0.005 0.01 0.0195, as far as the damped run goes)")
-    sub.add_argument("--rate", type=float, help="of both runs [1/s], for what theory expects")
+    sub.add_argument("--rate", type=float, help="of both runs [1/s], for what theory expects: E tau rate and rho c L rate")
     sub.add_argument("--specimen", metavar="FILE", help="data file that both runs read, beside it FILE.body, likewise")
     sub.add_argument("--coeff", metavar="ROW", help="row of the damped run, as given to the deck: nine numbers with their keywords, or FILE:ROW")
     return top
