@@ -87,15 +87,11 @@ def targets_of(options):
         raise ValueError("--true is about --curve; --yield and --stress are nominal")
     if options.curve:
         first, points = calibration.read_measured(options.curve, options.E, options.true)
+        print(f"{options.curve} gives --yield {first:.6g} and {', '.join(f'--stress {stress:.6g}@{strain:g}' for stress, strain in points)}", flush=True)
     else:
         first, points = options.yield_stress, tuple(options.stress)
     targets = Targets(options.E, first, points, options.density, options.nu, tuple(options.rate))
-    try:
-        check(targets)
-    except ValueError as error:
-        if not options.curve:
-            raise
-        raise ValueError(f"{error} ({options.curve} gives --yield {first:.6g} and {', '.join(f'--stress {s:.6g}@{e:g}' for s, e in points)})") from None
+    check(targets)
     return targets
 
 
