@@ -8,14 +8,8 @@ src/core/law.h, so that a test which compares the two means something.
 Distances d and deq may have any shapes that broadcast; units are those of the caller (the decks use
 SI: m, J, N). A positive force repels. The fields of a Row may be arrays too, one entry per pair.
 
-Plasticity of pairs (`plasticity isotropic`): two values per pair, q [length] and k.
-q is the plastic part of a pair's distance, k = sum |dq|/deq its accumulated plastic strain; eps = (d - q)/deq - 1 is the
-elastic strain. It never leaves the limit y(k), what is beyond becomes flow (the return map, exact for any increment):
-
-    r = m2 n2 e2/(m1 n1 e1),   h = r/(1 - r),   y(k) = xi_s + h K(k),   K(k) = k, or k_s (1 - exp(-k/k_s))   k_s: `saturation`
-    F = F_I(d - q),   Psi = Phi_I(d - q) - Phi_I(deq),   D = integral of |F_I((1 +- y(k)) deq)| deq dk
-
-Saturation 0 is linear hardening.
+Plasticity of pairs (`plasticity isotropic`), as in doc/pair_evp_lj.rst: two values per pair, q [length], the plastic part of its
+distance, and k, its accumulated plastic strain. The return map is exact for any increment. Saturation 0 is linear hardening.
 """
 
 from typing import NamedTuple
