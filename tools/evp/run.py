@@ -120,14 +120,6 @@ def ended(command, folder):
                           stderr=subprocess.STDOUT, encoding="utf-8", errors="replace", check=False)
 
 
-def output_of(command, folder, what):
-    """What a command printed; RunError with the end of it where it failed."""
-    run = ended(command, folder)
-    if run.returncode:
-        raise RunError(f"{what} failed (exit {run.returncode}); its output ends with\n{run.stdout[-1500:]}")
-    return run.stdout
-
-
 def start_failure(text, code, ranks):
     """What mpirun, or the loader of one rank, said where LAMMPS did not begin: another try would end as this one did. Empty where it began.
 
