@@ -15,7 +15,6 @@ import pathlib
 import re
 import sys
 import tempfile
-from typing import NamedTuple
 
 import evp  # noqa: F401  before numpy
 import numpy as np
@@ -32,15 +31,6 @@ FIRST = 0.45  # of the time of a packing: until its first line
 ACROSS = 3.0  # spheres at least, side by side in the thinnest section
 TOUCHING = 0.02  # over the mean radius: spheres nearer to the surface than that are held by it
 LOST = 0.2  # a sphere this share of its radius beyond the surface is no part of the body
-
-
-class Smoothness(NamedTuple):
-    """Of the spheres that touch the surface: how far they reach beyond it, over the mean radius; negative: they stay within."""
-
-    touching: int
-    rms: float
-    lowest: float
-    highest: float
 
 
 def guessed_radius(volume, spheres):
@@ -93,7 +83,7 @@ def share_done(log):
 
 
 def pack(surface, spheres, seed, density, out, cores=None):
-    """Packs spheres into a Surface [m] and writes the data file out and out.body; gives its Specimen and Smoothness.
+    """Packs spheres into a Surface [m] and writes the data file out and out.body; gives its Specimen and smoothness().
 
     RunError or ValueError where it cannot be; then no file is left, and those there before stay.
     """
@@ -112,27 +102,22 @@ def pack(surface, spheres, seed, density, out, cores=None):
         job.done = lambda: share_done(job.log)
         run_jobs([job], cores, f"packing {spheres} spheres")
         packing = read_data(folder / "packed.data")
-        smooth = smoothness(surface, packing)
+        near = smoothness(surface, packing)
         text = (folder / "packed.data").read_text(encoding="utf-8").replace("2 atom types", "1 atom types", 1)
         body = (folder / "packed.data.body").read_text(encoding="utf-8").replace("packed.data", out.name)
         with all_or_nothing(out.parent) as place:
             (place / out.name).write_text(text, encoding="utf-8")
             (place / f"{out.name}.body").write_text(body, encoding="utf-8")
-    return packing, smooth
+    return packing, near
 
 
 def smoothness(surface, packing):
-    """Smoothness of a packing within a Surface; RunError where a sphere has left it."""
+    """(T,) how far the spheres that touch a Surface reach beyond it, over the mean radius; negative: they stay within. RunError where one has left it."""
     mean = packing.radius.mean()
     beyond = (packing.radius - surface.depth(packing.x)) / mean
     if (beyond > LOST).any():
         raise RunError(f"{np.sum(beyond > LOST)} spheres have left the surface, one by {beyond.max():.2f} mean radii: give a larger --n, or another --seed")
-    near = beyond[beyond > -TOUCHING]
-    return Smoothness(len(near), float(np.sqrt(np.mean(near**2))), float(near.min()), float(near.max()))
-
-
-def extents_in_words(extents):
-    return " x ".join(f"{value:.4g}" for value in extents) + " m"
+    return beyond[beyond > -TOUCHING]
 
 
 def main(arguments=None):
@@ -148,9 +133,10 @@ def main(arguments=None):
     options = parser.parse_args(arguments)
     with errors_in_one_line("body.py", "; nothing was written"):
         surface = closed_surface(read_mesh(options.part), str(options.part)).placed(options.axis, UNITS[options.unit])
+        extents = " x ".join(f"{value:.4g}" for value in surface.extents) + " m"
         if not USUAL[0] <= surface.extents.max() <= USUAL[1]:
-            print(f"WARNING: with --unit {options.unit} the part is {extents_in_words(surface.extents)}: is that its unit?", file=sys.stderr)
-        print(f"{options.part}: {len(surface.triangles)} triangles, with --unit {options.unit} {extents_in_words(surface.extents)}, volume {surface.volume():.5g} m3, "
+            print(f"WARNING: with --unit {options.unit} the part is {extents}: is that its unit?", file=sys.stderr)
+        print(f"{options.part}: {len(surface.triangles)} triangles, with --unit {options.unit} {extents}, volume {surface.volume():.5g} m3, "
               f"cross-section at mid-length {surface.section_area(0.5 * surface.extents[0]):.5g} m2")
         if options.axis != "x":
             print(f"the axes {', '.join('xyz'[old] for old in AXES[options.axis])} of {options.part} are x, y, z of the body")
@@ -159,10 +145,10 @@ def main(arguments=None):
                             (check_thickness(surface, options.n, np.random.default_rng(options.seed)), "in the thinnest section"))
         print(f"{options.n} spheres of a diameter of about {diameter:.3g} m, {across:.1f} across {where}"
               + (": below ten E and the yield stress come out low, see calibrate.py --body" if across < 10.0 else ""), flush=True)
-        packing, smooth = pack(surface, options.n, options.seed, options.density, options.out)
+        packing, near = pack(surface, options.n, options.seed, options.density, options.out)
         filled = np.sum(4.0 / 3.0 * np.pi * packing.radius**3) / surface.volume()
-        print(f"solid fraction {filled:.4f}; {smooth.touching} spheres touch the surface, {100 * smooth.rms:.2f} % of a radius off it (rms), "
-              f"from {100 * smooth.lowest:.1f} to {100 * smooth.highest:.1f} %")
+        print(f"solid fraction {filled:.4f}; {len(near)} spheres touch the surface, {100 * np.sqrt(np.mean(near**2)):.2f} % of a radius off it (rms), "
+              f"from {100 * near.min():.1f} to {100 * near.max():.1f} %")
         print(f"written: {options.out} and {options.out}.body")
 
 

@@ -26,8 +26,8 @@ import datetime
 import hashlib
 import pathlib
 import shlex
-import shutil
 import sys
+import tempfile
 
 import evp  # noqa: F401  before numpy
 from evp import calibration
@@ -87,15 +87,11 @@ def targets_of(options):
         raise ValueError("--true is about --curve; --yield and --stress are nominal")
     if options.curve:
         first, points = calibration.read_measured(options.curve, options.E, options.true)
+        print(f"{options.curve} gives --yield {first:.6g} and {', '.join(f'--stress {stress:.6g}@{strain:g}' for stress, strain in points)}", flush=True)
     else:
         first, points = options.yield_stress, tuple(options.stress)
     targets = Targets(options.E, first, points, options.density, options.nu, tuple(options.rate))
-    try:
-        check(targets)
-    except ValueError as error:
-        if not options.curve:
-            raise
-        raise ValueError(f"{error} ({options.curve} gives --yield {first:.6g} and {', '.join(f'--stress {s:.6g}@{e:g}' for s, e in points)})") from None
+    check(targets)
     return targets
 
 
@@ -111,12 +107,6 @@ def comments(options, targets, result, over, words):
     return [*lines, f"#   by: calibrate.py {shlex.join(shown)}"]
 
 
-def checksum(path):
-    """Of a body's data file and its FILE.body; empty where there is none."""
-    files = [file for file in (path, pathlib.Path(f"{path}.body")) if file.is_file()]
-    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16] if files else ""
-
-
 def calibrate(options, words):
     """Make the row; returns its Result."""
     targets = targets_of(options)
@@ -124,39 +114,35 @@ def calibrate(options, words):
     check_file(out, options.name)
     lammps_command(options.ranks)  # stops here where there is no lmp
     table_path = out.with_name(f"{out.stem}.{options.name}.jsonl")
-    work = table_path.with_suffix(".work")
-    if work.exists() and not table_path.exists():
-        raise ValueError(f"--name: {work} exists, which is no folder of a calibration: rename it, or give another name")
     inputs = {**targets._asdict(), "spheres": options.spheres, "seed": options.seed, "ranks": options.ranks, "within": calibration.WITHIN}
     if options.body:
-        inputs = {**inputs, "spheres": None, "seed": None, "body": checksum(options.body)}
+        calibration.measure(options.body)  # says what is wrong with it
+        files = b"".join(pathlib.Path(f"{options.body}{end}").read_bytes() for end in ("", ".body"))
+        inputs = {**inputs, "spheres": None, "seed": None, "body": hashlib.sha256(files).hexdigest()[:16]}
     table = Table(table_path, inputs)
     try:
         if table.runs:
             print(f"going on after {len(table.runs)} runs of {table_path}", flush=True)
-        work.mkdir(exist_ok=True)
-        if options.body:
-            body = calibration.given_body(options.body, work)
-        else:
-            body = calibration.make_body(work, options.spheres, options.seed, targets.density, options.timeout)
-        search = calibration.Search(targets, body, table, options.ranks, work, options.timeout, lambda text: print(text, flush=True))
-        result = search.pull()
-        over, material = 0.0, result.material
-        if targets.rates:
-            gamma, over = search.gamma(result)
-            material = material._replace(row=material.row._replace(gamma=gamma))
+        with tempfile.TemporaryDirectory(prefix="evp_calibrate_") as name:
+            work = pathlib.Path(name)
+            if options.body:
+                body = calibration.given_body(options.body, work)
+            else:
+                body = calibration.make_body(work, options.spheres, options.seed, targets.density, options.timeout)
+            search = calibration.Search(targets, body, table, options.ranks, work, options.timeout, lambda text: print(text, flush=True))
+            result = search.pull()
+            over, material = 0.0, result.material
+            if targets.rates:
+                gamma, over = search.gamma(result)
+                material = material._replace(row=material.row._replace(gamma=gamma))
         line = f"{options.name} {material.words(f'{body.spacing:.6g}', f'{body.coordination:.6g}')} density {targets.density:.6g}"
         picture = calibration.draw(options.name, targets, result, out.with_name(f"{out.stem}.{options.name}.png"))
         check_file(out, options.name)
         calibration.append(out, comments(options, targets, result, over, words) + [line])
-    except ValueError:
-        shutil.rmtree(work, ignore_errors=True)
-        if not table.runs:
-            table_path.unlink()
-        raise
     finally:
+        if not table.runs:
+            table_path.unlink(missing_ok=True)
         table.close()
-    shutil.rmtree(work, ignore_errors=True)
     print_table(("", "target", "fit", "", "off"),
                 [(name, value, result.found[name], unit, f"{100.0 * result.residuals[name]:+.2f} %") for name, (value, unit) in targets.aims.items()])
     print(f"{line}\nappended to {options.out}; runs in {table_path.name}, picture {picture.name}")

@@ -39,14 +39,9 @@ PARTS = "Pair", "Neigh", "Comm", "Output", "Modify"  # of LAMMPS' breakdown
 Timed = collections.namedtuple("Timed", "seconds steps atoms")
 
 
-def fixes(deck):
-    """[(ID, style)] of the fixes that a script defines on lines of their own, in their order."""
-    return re.findall(r"^fix\s+(\S+)\s+\S+\s+(\S+)", deck, re.M)
-
-
 def timings(deck, seconds):
     """Commands that time the body as it is, then without each effect, one after the other."""
-    own = fixes(deck)
+    own = re.findall(r"^fix\s+(\S+)\s+\S+\s+(\S+)", deck, re.M)  # (ID, style) of those on lines of their own
     lines = ["thermo_style one"]
     lines += [f'if "$(is_defined(dump,{name}))" then "undump {name}"' for name in re.findall(r"^dump\s+(\S+)", deck, re.M)]
     lines += [f'if "$(is_defined(fix,{name}))" then "unfix {name}"' for name, style in reversed(own) if OUTPUT.fullmatch(style)]
@@ -149,14 +144,8 @@ def shares(parts):
             before = now
 
 
-def interpolated(rows, value):
-    """Error at a value between those measured, by straight lines over logarithms; beyond them that of the nearest."""
-    values, found = np.log(sorted((float(row["value"]), float(row["error_percent"])) for row in rows)).T
-    return np.exp(np.interp(np.log(value), values, found))
-
-
 def errors(deck, screen, atoms):
-    """Lines: the errors that were measured for this script, at the choices that it printed."""
+    """Lines: the errors that were measured for this script, at the choices that it printed: between values that were measured by straight lines over logarithms."""
     with open(MEASURED, newline="", encoding="utf-8") as source:
         own = [row for row in csv.DictReader(source) if row["deck"] == deck.name]
     told = re.search(rf"^{re.escape(deck.name)}: (.*)$", screen, re.M)
@@ -168,10 +157,10 @@ def errors(deck, screen, atoms):
             given = choices[choices.index(choice) + 1] if choice in choices else rows[0]["value"]
             value = atoms if choice == "spheres" else abs(float(given))
             name = {"spheres": f"{atoms} spheres", "timestep": "timestep", "packing": f"packing of {rows[0]['value']}"}.get(choice, f"{choice} {given}")
-            values = [float(row["value"]) for row in rows]
-            finer = value > max(values) if choice == "spheres" else value < min(values)
-            beyond = "" if min(values) <= value <= max(values) else "below " if finer else "above "
-            parts.append(f"{name} {beyond}{interpolated(rows, value):.2g} %")
+            values, found = np.array(sorted((float(row["value"]), float(row["error_percent"])) for row in rows)).T
+            finer = value > values[-1] if choice == "spheres" else value < values[0]
+            beyond = "" if values[0] <= value <= values[-1] else "below " if finer else "above "
+            parts.append(f"{name} {beyond}{np.exp(np.interp(np.log(value), np.log(values), np.log(found))):.2g} %")
         yield f"error to expect, as measured in '{load}': " + ", ".join(parts)
     if not own:
         yield "error to expect: not measured for this script; half the timestep or the increment, and twice the spheres, tell it"

@@ -6,6 +6,7 @@
   curves.py plot     results/a.csv results/b.csv --labels 1/s 10/s --out curves.png
   curves.py cycle    results/a.csv results/b.csv [--out unloading.png]
   curves.py table    results/*.csv [--at 0.002,0.01] [--target metal.csv] [--csv table.csv]
+  curves.py columns  taylor.csv --x time --y force
   curves.py law      --coeff "80 8 4 3 8 4 0.005 0 1.5" --measured two_spheres.csv --out law.png
   curves.py rate     damped.csv --twin undamped.csv --rate 10 --specimen specimen.data --coeff "80 8 4 3 8 4 0.005 1000 1.5"
 
@@ -19,17 +20,13 @@ this ends before strain 0.004. `--fit LO HI` gives another range.
 `cycle` evaluates curves that unload, as of in.cyclic: strain and stress at the first reversal, residual strain
 at zero stress, of what sprang back the elastic part, stress over unloading modulus, and the rest; slope over the first 0.004 of
 unloading (less where the body flows back before), and area of the last loop.
-`--strain strain_gauge` takes the strain between layers at 0.3 and 0.7 of the length in place of that of the grips.
 `table` prints one line per curve, also in compression or with unloading: E, yield stress and stresses of the first loading, residual
 strain, unloading modulus, the area of each loop; '-' where a curve has no such number. Stresses are
 fitted over +-0.0006 of strain, or interpolated where the rows are farther apart. A target has rows strain,stress in Pa, or a first line
 with strain or strain_percent, and stress or stress_MPa; the differences of the first loading from it are taken at its rows.
-`columns` plots any two columns of CSV files of the decks, such as time and force of in.taylor.
-`rate` separates the viscous and the inertial share of the stress of a damped run. Its twin is the
-same run at the same rate with gamma = 0; with --rate, --specimen and --coeff it also prints the estimates E tau rate
-and rho c L rate.
 """
 
+import math
 import pathlib
 
 from evp import curves, figures, law, rates, specimen
@@ -103,6 +100,9 @@ def one_load(paths, strain):
 
 def evaluated(args, numbers):
     """({path: (curve, turns)}, {path: numbers(curve, turns)}); the turns are those of the grips, as the strain of an extensometer jitters."""
+    low, high = getattr(args, "fit", None) or (0.0, 1.0)
+    if not 0.0 <= low < high < math.inf:
+        raise ValueError(f"the range of E must be 0 <= low < high, got {low:g} {high:g}")
     read = {path: (curves.read_curve(path, args.strain), curves.turns(curves.read_curve(path).strain)) for path in dict.fromkeys(args.curves)}
     found = {path: curves.named(path, numbers, curve, turns) for path, (curve, turns) in read.items()}
     for path, line in found.items():
@@ -226,11 +226,11 @@ def show_rate_shares(args):
         body, size = specimen.read_data(args.specimen), specimen.read_body(args.specimen)
         row, density = rates.run_row(args.coeff, body, size["volume"])
         modulus = curves.modulus(twin.strain, twin.virial)
-        theory = rates.expected(body, row, density, args.rate, modulus, size["length"])
-        print(f"expected at {args.rate:g}/s with E {1e-9 * modulus:.2f} GPa of the twin and tau {theory.tau:.4g} s: E tau rate {1e-6 * theory.viscous:.3f} MPa "
-              f"viscous in the elastic part; inertia below rho c L rate {1e-6 * theory.inertial:.3f} MPa")
+        tau, viscous, inertial = rates.expected(body, row, density, args.rate, modulus, size["length"])
+        print(f"expected at {args.rate:g}/s with E {1e-9 * modulus:.2f} GPa of the twin and tau {tau:.4g} s: E tau rate {1e-6 * viscous:.3f} MPa "
+              f"viscous in the elastic part; inertia below rho c L rate {1e-6 * inertial:.3f} MPa")
     for s in found:
-        print(f"strain {100 * s.strain:.2f} %: stress {1e-6 * s.stress:.2f} MPa, viscous {s.percent(s.viscous):.2f} %, inertial {s.percent(s.inertial):.2f} % "
+        print(f"strain {100 * s.strain:.2f} %: stress {1e-6 * s.stress:.2f} MPa, viscous {100 * s.viscous / s.stress:.2f} %, inertial {100 * s.inertial / s.stress:.2f} % "
               f"({1e-6 * s.viscous:.3f} +- {1e-6 * s.resolution:.3f} MPa, {1e-6 * s.inertial:.3f} MPa)")
     if max(places) > ELASTIC_END:
         print("+- is the vibration of the twin; beyond the elastic part the pairs that only one of the runs lost or met count as viscous too, "
@@ -281,7 +281,7 @@ def parser():
     sub.add_argument("damped", metavar="CSV")
     sub.add_argument("--twin", required=True, metavar="CSV", help="the same run at the same rate with gamma = 0")
     sub.add_argument("--strains", nargs="+", type=float, metavar="STRAIN", help="(default: 0.002 0.005 0.01 0.0195, as far as the damped run goes)")
-    sub.add_argument("--rate", type=float, help="of both runs [1/s], for what theory expects")
+    sub.add_argument("--rate", type=float, help="of both runs [1/s], for what theory expects: E tau rate and rho c L rate")
     sub.add_argument("--specimen", metavar="FILE", help="data file that both runs read, beside it FILE.body, likewise")
     sub.add_argument("--coeff", metavar="ROW", help="row of the damped run, as given to the deck: nine numbers with their keywords, or FILE:ROW")
     return top

@@ -303,14 +303,6 @@ def check_mpirun(report, lammps):
     return report.fault("mpirun", f"{name} starts no run on two ranks", cause, f"export EVP_MPIRUN=/path/to/mpirun   # of {lammps.mpi}")
 
 
-def system_words():
-    """'EVP 1.0.0 on Debian GNU/Linux 12 (bookworm), x86_64, Linux 6.1, Python 3.11.2'."""
-    version = re.search(r'^__version__ = "(.+?)"', (ROOT / "tools" / "evp" / "__init__.py").read_text(encoding="utf-8"), re.M)[1]
-    name = entry_of(pathlib.Path("/etc/os-release"), "PRETTY_NAME").strip('"') or platform.platform(terse=True)
-    system = f"{platform.system()} {'.'.join(platform.release().split('.')[:2])}"
-    return f"EVP {version} on {name}, {platform.machine()}, {system}, Python {platform.python_version()}"
-
-
 def main(argv=None):
     """Returns 0, or 1 where a fault is named."""
     command = "evp doctor" if os.environ.get("EVP_COMMAND") else "doctor.py"
@@ -321,7 +313,10 @@ def main(argv=None):
     for option, path in (("--lmp", args.lmp), ("--plugin", args.plugin)):
         if path and not pathlib.Path(path).is_file():
             parser.error(f"{option} {path}: no such file")
-    print(f"evp doctor: {system_words()}", flush=True)
+    version = re.search(r'^__version__ = "(.+?)"', (ROOT / "tools" / "evp" / "__init__.py").read_text(encoding="utf-8"), re.M)[1]
+    name = entry_of(pathlib.Path("/etc/os-release"), "PRETTY_NAME").strip('"') or platform.platform(terse=True)
+    system = f"{platform.system()} {'.'.join(platform.release().split('.')[:2])}"
+    print(f"evp doctor: EVP {version} on {name}, {platform.machine()}, {system}, Python {platform.python_version()}", flush=True)
     report = Report()
     lammps = check_lmp(report, args.lmp)
     if lammps:

@@ -43,13 +43,6 @@ def unloading_job(out, plasticity, ranks):
     return run.Job(name, "in.cyclic", variables, out, ranks, cost=2 * STRAIN / UNLOADING_RATE / (0.4 * _TYPICAL_STEP["table1"]))
 
 
-def first_second_regime_strain(path):
-    """Strain of the first row of PREFIX.csv with a bond in the second regime, or 'none'."""
-    found = curves.read_columns(path, ("strain", "second_regime"))
-    reached = found["strain"][found["second_regime"] > 0]
-    return f"{reached[0]:.4f}" if len(reached) else "none"
-
-
 def draw(out, pulled):
     """All pictures; pulled: {(table, rate): curve}. Returns their paths."""
     panels = {}
@@ -66,8 +59,9 @@ def report(out, pulled):
     rows, ranges = [], set()
     for (table, rate), curve in pulled.items():
         found = curves.numbers(curve)
-        first = first_second_regime_strain(out / f"{table}_rate{rate:g}.csv")
-        rows.append((table, f"{rate:g}", *(f"{found[name]:.2f}" for name in ("E_GPa", "yield_MPa", "stress_1pc_MPa")), first))
+        columns = curves.read_columns(out / f"{table}_rate{rate:g}.csv", ("strain", "second_regime"))
+        reached = [f"{at:.4f}" for at in columns["strain"][columns["second_regime"] > 0]] or ["none"]
+        rows.append((table, f"{rate:g}", *(f"{found[name]:.2f}" for name in ("E_GPa", "yield_MPa", "stress_1pc_MPa")), reached[0]))
         ranges.add(f"{found['E_from']:g} to {found['E_to']:.3g}")
     write_csv(out / "summary.csv", ("table", "rate_per_s", "E_GPa", "yield_MPa", "stress_1pc_MPa", "first_second_regime"), rows)
     print_table(("table", "rate [1/s]", "E [GPa]", "0.2 % yield [MPa]", "stress at 1 % [MPa]", "first second-regime bond at strain"), rows)

@@ -83,7 +83,6 @@ fi
 
 phase "1/5 packages: look for compiler, CMake, MPI, Python modules; install what is missing (up to 3 min)"
 install_missing_packages
-done_phase
 
 phase "2/5 LAMMPS source (130 MB, up to 2 min the first time)"
 if [ -n "$source_dir" ]; then
@@ -94,7 +93,6 @@ else
   get_lammps_source "$release"    # sets tree, tree_key
 fi
 lammps_date=$(lammps_date_of "$tree")
-done_phase
 
 phase "3/5 LAMMPS $lammps_date build (about 3 min on two cores the first time)"
 if [ -n "$build_dir" ]; then
@@ -129,12 +127,10 @@ else
     touch "$stamp"
   fi
 fi
-done_phase
 
 phase "4/5 plugin (about a minute)"
 run_logged "configuring" evp_configure "$EVP_BUILD" -DCMAKE_BUILD_TYPE=Release -DLAMMPS_SOURCE_DIR="$tree" -DLAMMPS_BUILD_DIR="$lammps_build"
 run_logged "compiling" cmake --build "$EVP_BUILD" -j "$EVP_CORES" --target evpplugin
-done_phase
 
 phase "5/5 check: build/lmp is LAMMPS $lammps_date and loads the plugin"
 require_release "$EVP_BUILD/lmp" "$lammps_build" "$lammps_date"

@@ -5,21 +5,20 @@
 say() { printf '    %s\n' "$*"; }
 die() { printf 'setup.sh: error: %s\n' "$*" >&2; exit 1; }
 
-phase_start=0
-phase() { phase_start=$SECONDS; printf '== %s\n' "$*"; }
-done_phase() { say "done in $((SECONDS - phase_start)) s"; }
+phase_start=
+done_phase() { [ -z "$phase_start" ] || say "done in $((SECONDS - phase_start)) s"; }
+phase() { done_phase; phase_start=$SECONDS; printf '== %s\n' "$*"; }
 
 # All lines go to the log; the screen gets one every few seconds, so that a long build is seen to move.
 thin() {
   local line last=$SECONDS
   while IFS= read -r line; do
     printf '%s\n' "$line" >>"$log"
-    if ((SECONDS - last >= 5)); then
-      # ninja: "[12/440] Building CXX object a/b/pair.cpp.o" is shown as "[12/440] pair.cpp.o"
-      [[ $line != \[*/*\]* ]] || line="${line%%] *}] ${line##*/}"
-      printf '      %.100s\n' "$line"
-      last=$SECONDS
-    fi
+    ((SECONDS - last >= 5)) || continue
+    # ninja: "[12/440] Building CXX object a/b/pair.cpp.o" is shown as "[12/440] pair.cpp.o"
+    [[ $line != \[*/*\]* ]] || line="${line%%] *}] ${line##*/}"
+    printf '      %.100s\n' "$line"
+    last=$SECONDS
   done
 }
 

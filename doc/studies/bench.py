@@ -235,17 +235,6 @@ def summary(rows):
             f"fix evp/volume {factor('fix evp/volume')}, fix evp/energy at each step {factor('fix evp/energy')}."]
 
 
-def renew_csv(path, parts, rows):
-    """All rows of the CSV, those of the sections that were run replaced."""
-    kept = []
-    if path.exists():
-        with open(path, newline="", encoding="utf-8") as source:
-            kept = [row for row in csv.DictReader(source) if row.get("section") in SECTIONS and row["section"] not in parts]
-    rows = sorted(kept + rows, key=lambda row: list(SECTIONS).index(row["section"]))
-    write_csv(path, ("section", "name", "x", "value"), rows)
-    return rows
-
-
 def draw(rows, path):
     """Time per interaction of each style. Writes path, from rows of the CSV."""
     bars = sorted(((row["name"], float(row["value"])) for row in rows if row["section"] == "lattice"), key=lambda bar: -bar[1])
@@ -289,10 +278,15 @@ def main(words=None):
             print("\n".join(parts[name]), end="\n\n")
             rows += [{"section": name, "name": title, "x": x, "value": f"{value:.4g}"} for (title, x), value in data.items()]
         if out:
-            kept = renew_csv(out.with_suffix(".csv"), parts, rows)
-            for name, lines in {**parts, "summary": summary(kept)}.items():
+            path = out.with_suffix(".csv")
+            if path.exists():  # rows of the sections that were not run stay
+                with open(path, newline="", encoding="utf-8") as source:
+                    rows += [row for row in csv.DictReader(source) if row.get("section") in SECTIONS and row["section"] not in parts]
+            rows.sort(key=lambda row: list(SECTIONS).index(row["section"]))
+            write_csv(path, ("section", "name", "x", "value"), rows)
+            for name, lines in {**parts, "summary": summary(rows)}.items():
                 write_between(out, *marks(name), "".join(f"{line}\n" for line in lines))
-            draw(kept, out.parent / "figures" / (out.stem + ".png"))
+            draw(rows, out.parent / "figures" / (out.stem + ".png"))
 
 
 if __name__ == "__main__":

@@ -20,6 +20,7 @@ SPAN = 0.8 * BAR["length"]
 FREE_LENGTH = 0.8 * ROUND["length"]  # between the grips
 STRAIN = 2e-4  # of the farthest fibre at the end: the tangent at no strain is extrapolated
 WITHIN = 0.05  # of the closed form: wanted
+ENDS = np.array([0.15, 0.85])  # of the length: bonds between them are those of a body
 ZONE = 1.5  # bonds are pairs within this times R_i + R_j: alpha of in.quasistatic's coefficients
 
 
@@ -41,11 +42,6 @@ def stiffness(runs, deck, name, data, x, y, **choices):
     return tangent(runs.curve(name, x, y), x, y)
 
 
-def bonds_of(runs, data, length):
-    """The bonds of a body, its ends left out."""
-    return loads.find_bonds(specimen.read_data(runs.folder / data), ZONE, 0.15 * length, 0.85 * length)
-
-
 def measure(spheres, seed, runs):
     """The Found of one N and seed."""
     pull = {"strain": STRAIN, "increment": STRAIN / 2}
@@ -53,18 +49,19 @@ def measure(spheres, seed, runs):
     data = runs.body(name, n=spheres, seed=seed, **ROUND)
     round_modulus = stiffness(runs, "in.quasistatic", f"{name}_pulled", data, "strain", "stress_grip", **pull)
     at_end = dump.last_positions(runs.folder / f"{name}_pulled_state.dump")
-    axial, lateral = specimen.middle_strains(specimen.read_data(runs.folder / data), at_end, ROUND["length"])
+    body = specimen.read_data(runs.folder / data)
+    axial, lateral = specimen.middle_strains(body, at_end, ROUND["length"])
     angle = STRAIN * FREE_LENGTH / ROUND["radius"]
     torque = stiffness(runs, "in.torsion", f"{name}_twisted", data, "angle", "torque_grip", angle=angle, increment=angle / 2)
     twisted = torque / loads.torque(round_modulus, ROUND["radius"], FREE_LENGTH, 1.0)
-    turning = loads.torsion_share(bonds_of(runs, data, ROUND["length"]), ROUND["radius"])
+    turning = loads.torsion_share(loads.find_bonds(body, ZONE, *ENDS * ROUND["length"]), ROUND["radius"])
 
     name = f"bar_{spheres}_{seed}"
     data = runs.body(name, n=spheres, seed=seed, **BAR)
     bar_modulus = stiffness(runs, "in.quasistatic", f"{name}_pulled", data, "strain", "stress_grip", **pull)
     force = stiffness(runs, "in.bending", f"{name}_bent", data, "deflection", "force", strain=STRAIN, increment=STRAIN / 2)
     beam = loads.Beam(bar_modulus, BAR["width"], BAR["height"], SPAN)
-    inertia = loads.bending_share(bonds_of(runs, data, BAR["length"]), BAR["height"])
+    inertia = loads.bending_share(loads.find_bonds(specimen.read_data(runs.folder / data), ZONE, *ENDS * BAR["length"]), BAR["height"])
     return Found(round_modulus, twisted, turning, bar_modulus, force * beam.deflection(1.0), beam.deflection(1.0) / beam.deflection(1.0, inertia), -lateral / axial)
 
 

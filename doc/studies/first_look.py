@@ -11,7 +11,7 @@ copper plate. Writes first_look.png and first_look.png.csv (the curves) to --out
 import pathlib
 import sys
 
-from study import Runs, command_line, errors_in_one_line, store_picture, watched, write_csv
+from study import Runs, check_drawing, command_line, errors_in_one_line, store_picture, watched, write_csv
 import matplotlib
 import numpy as np
 
@@ -105,7 +105,7 @@ def main(argv=None):
     parser.add_argument("--out", type=pathlib.Path, default=run.CHECKOUT / "doc" / "figures", metavar="DIR", help="where the picture goes")
     args = parser.parse_args(argv)
     with errors_in_one_line("first_look.py"):
-        spheres.check()
+        check_drawing()
         runs = Runs(args.work)
         (runs.folder / "ball.region").write_text("region body sphere 0.005 0 0 0.005\n", encoding="utf-8")
         for name, command in watched("first_look:", commands(), lambda job: job[0]):

@@ -14,8 +14,7 @@ import re
 import sys
 from typing import NamedTuple
 
-from study import CHECKOUT, DECKS, command_line, errors_in_one_line, lammps_command, run_blocks, split_at_marks, store_picture, table, watched, write_between
-from evp import spheres
+from study import CHECKOUT, DECKS, check_drawing, command_line, errors_in_one_line, lammps_command, run_blocks, split_at_marks, store_picture, table, watched, write_between
 from gallery_scenes import SCENES
 
 PAGE = CHECKOUT / "doc" / "gallery.md"
@@ -85,7 +84,7 @@ def main(words=None):
     page, lines, readme = PAGE.read_text(encoding="utf-8"), [], DECKS / "README.md"
     with errors_in_one_line("gallery.py"):
         split_at_marks(readme, *MARKS)  # before the runs, not after them
-        spheres.check()
+        check_drawing()
         prepare(options.work)
         for part in watched("gallery.py:", [part for part in parts() if part.picture in (options.only or SCENES)], lambda part: part.title):
             numbers, seconds = measure(part, options.work)

@@ -37,14 +37,6 @@ def affine_modulus(bonds, volume, e=TABLE1.e1):
     return TABLE1.m1 * TABLE1.n1 * e * bonds / volume / 6.0
 
 
-def bond_lengths(body, period=None):
-    """Distances [m] of the pairs within alpha (R_i + R_j); period (3,): of a periodic box."""
-    i, j = cKDTree(body.x if period is None else np.mod(body.x, period), boxsize=period).query_pairs(2 * TABLE1.alpha * body.radius.max(), output_type="ndarray").T
-    r = body.x[i] - body.x[j]
-    d = np.linalg.norm(r if period is None else r - period * np.rint(r / period), axis=1)
-    return d[d <= TABLE1.alpha * (body.radius[i] + body.radius[j])]
-
-
 def slope(folder, name, x, y):
     """dy/dx of the first two rows of a curve."""
     curve = curves.read_columns(folder / f"{name}.csv", (x, y))
@@ -59,7 +51,7 @@ def two_spheres(folder, _):
 def pull(folder, text):
     slow, fast, rest = (curves.read_curve(folder / f"{name}.csv") for name in ("table1", "table2", "rest"))
     cylinder, volume = specimen.read_data(folder / "cylinder.data"), math.pi * 0.02**2 * 0.05
-    deq = bond_lengths(cylinder)
+    deq = specimen.bond_lengths(cylinder, TABLE1.alpha)
     modulus = affine_modulus(len(deq), volume)
     at_one = [curves.stress_at(curve.strain, curve.virial, 0.01) for curve in (slow, fast, rest)]
     viscous = modulus * 1000.0 * np.mean(deq**2) / (TABLE1.m1 * TABLE1.n1 * TABLE1.e1) * 100.0
@@ -110,13 +102,16 @@ def bending(folder, _):
 
 def shear(folder, _):
     body = specimen.read_data(folder / "periodic.data")
-    bonds = bond_lengths(body, body.box[:, 1] - body.box[:, 0])
-    volume = float(np.prod(body.box[:, 1] - body.box[:, 0]))
+    period = body.box[:, 1] - body.box[:, 0]
+    volume = float(np.prod(period))
+    i, j = cKDTree(np.mod(body.x, period), boxsize=period).query_pairs(2 * TABLE1.alpha * body.radius.max(), output_type="ndarray").T
+    r = body.x[i] - body.x[j]
+    bonds = np.sum(np.linalg.norm(r - period * np.rint(r / period), axis=1) <= TABLE1.alpha * (body.radius[i] + body.radius[j]))
     scaled = TABLE1.e1 * 500 / len(body.radius) * volume / (math.pi * 0.02**2 * 0.05)  # as in.shear does
     curve = curves.read_columns(folder / "sheared.csv", ("strain", "shear_stress"))
     small = curves.read_columns(folder / "shear_elastic.csv", ("strain", "shear_stress"))
     late = small["strain"] > 0.001  # the viscous part is constant by then
-    return [Number("GPa", np.polyfit(small["strain"][late], small["shear_stress"][late], 1)[0] / 1e9, 0.4 * affine_modulus(len(bonds), volume, scaled) / 1e9),
+    return [Number("GPa", np.polyfit(small["strain"][late], small["shear_stress"][late], 1)[0] / 1e9, 0.4 * affine_modulus(bonds, volume, scaled) / 1e9),
             Number("MPa", curve["shear_stress"].max() / 1e6)]
 
 

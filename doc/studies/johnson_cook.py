@@ -42,10 +42,7 @@ class JohnsonCook(NamedTuple):
 
     def offset_yield(self, sign=1.0):
         """0.2 % offset yield stress [Pa], nominal: where the nominal curve meets E (strain - 0.002)."""
-        def above(size):
-            return self._at(sign * size) - self.modulus * (size - YIELD_OFFSET)
-
-        at = scipy.optimize.brentq(above, YIELD_OFFSET, 0.2, xtol=1e-14)
+        at = scipy.optimize.brentq(lambda size: self._at(sign * size) - self.modulus * (size - YIELD_OFFSET), YIELD_OFFSET, 0.2, xtol=1e-14)
         return self.modulus * (at - YIELD_OFFSET)
 
 

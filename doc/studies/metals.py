@@ -93,7 +93,7 @@ def pulled(out, name, aims, spheres, seed, study):
     body, row = calibration.make_body(study.work, spheres, seed, aims.density, TIMEOUT), f"{out}:{name}"
     try:
         return {"found": calibration.pull_material(body, {"material": row}, rates.given_row(row)[0].xi_s, aims, 1.0, study.ranks, study.work, TIMEOUT, f"{name}, {spheres} spheres")[0]}
-    except calibration.Failed as failure:
+    except (calibration.Failed, calibration.CurveError) as failure:
         return {"failed": str(failure)}
 
 

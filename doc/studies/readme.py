@@ -40,7 +40,7 @@ def main(argv=None):
         lines = table(TITLES.values(), ([row["table"].replace("table", "Table "), *list(row.values())[1:]] for row in rows))
         write_between(CHECKOUT / "README.md", *MARKS, "\n".join(["", *lines, ""]))
         for picture in PICTURES:
-            for suffix in (".png", ".csv"):
+            for suffix in (".png", ".png.csv"):
                 shutil.copy(args.results / (picture + suffix), FIGURES)
         view.main([str(args.results / "table1_rate10_state.dump"), "--color", "share_second", "--pixels", "500", "--out", str(args.results / "specimen.png")])
         store_picture(args.results / "specimen.png", FIGURES)

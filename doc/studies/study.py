@@ -20,9 +20,30 @@ import tempfile
 STUDIES = pathlib.Path(__file__).resolve().parent
 sys.path.insert(1, str(STUDIES.parents[1] / "tools"))
 
-from evp import curves, figures  # noqa: E402
-from evp.report import command_line, errors_in_one_line, table, write_csv  # noqa: E402, F401
-from evp.run import CHECKOUT, DECKS, RunError, deck_command, environment, lammps_command, output_of, watched  # noqa: E402, F401
+from evp import curves, figures, spheres  # noqa: E402
+import numpy as np  # noqa: E402
+from evp.report import command_line, errors_in_one_line, write_csv  # noqa: E402, F401
+from evp.run import CHECKOUT, DECKS, RunError, deck_command, ended, environment, lammps_command, watched  # noqa: E402, F401
+
+
+def output_of(command, folder, what):
+    """What a command printed; RunError with the end of it where it failed."""
+    run = ended(command, folder)
+    if run.returncode:
+        raise RunError(f"{what} failed (exit {run.returncode}); its output ends with\n{run.stdout[-1500:]}")
+    return run.stdout
+
+
+def table(header, rows):
+    """Lines of a Markdown table."""
+    lines = ["| " + " | ".join(map(str, cells)) + " |" for cells in (header, *rows)]
+    return [lines[0], "|" + "---|" * len(header), *lines[1:]]
+
+
+def check_drawing():
+    """RunError where this LAMMPS draws no spheres: before runs whose pictures are wanted."""
+    view = spheres.cameras([spheres.extents(np.zeros((1, 3)), np.ones(1), *spheres.VIEWS["iso"])], [spheres.VIEWS["iso"]], 100)
+    spheres.draw(np.zeros((1, 3)), np.ones(1), np.zeros(1), np.full((spheres.SHADES, 3), 0.5), view)
 
 
 def spread(values, form="{:.2f}".format):

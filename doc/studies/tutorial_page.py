@@ -14,8 +14,7 @@ import shutil
 import textwrap
 from typing import NamedTuple
 
-from study import CHECKOUT, command_line, errors_in_one_line, run_blocks, store_picture, write_between
-from evp import spheres
+from study import CHECKOUT, check_drawing, command_line, errors_in_one_line, run_blocks, store_picture, write_between
 
 PAGE = CHECKOUT / "doc" / "tutorial.rst"
 PICTURES = PAGE.parent / "tutorial"
@@ -59,7 +58,7 @@ def main(argv=None):
     parser.add_argument("--work", type=pathlib.Path, default=CHECKOUT / "results" / "tutorial", metavar="FOLDER", help="where the commands run (default: %(default)s)")
     args = parser.parse_args(argv)
     with errors_in_one_line("tutorial_page.py"):
-        spheres.check()
+        check_drawing()
         text = PAGE.read_text(encoding="utf-8")
         found = steps(text)
         shutil.rmtree(args.work, ignore_errors=True)  # a calibration would go on from an earlier one

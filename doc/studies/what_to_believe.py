@@ -42,9 +42,8 @@ def pulled(study, name, body, row, strain, increment=0.002, **more):
 
 def true_stress(curve, strain):
     """[Pa] at a nominal strain, on the way there; flow keeps the volume."""
-    end = int(curves.turns(curve.strain)[0]) + 1 if len(curves.turns(curve.strain)) else len(curve.strain)
-    sign = np.sign(strain)
-    return abs(np.interp(abs(strain), sign * curve.strain[:end], curve.virial[:end])) * (1.0 + strain)
+    way, stress, _ = curves.first_way(curve.strain, curve.virial)
+    return np.interp(abs(strain), way, stress) * (1.0 + strain)
 
 
 def sheared(study, row):

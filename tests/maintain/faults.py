@@ -17,8 +17,7 @@ import tempfile
 from typing import NamedTuple
 
 import tools_path  # noqa: F401  before evp
-from evp.report import command_line, errors_in_one_line
-from evp.run import CHECKOUT, RunError, output_of, watched
+from study import CHECKOUT, RunError, command_line, errors_in_one_line, output_of, watched
 from robustness import collect, run
 
 

@@ -8,7 +8,7 @@ import sys
 
 import tools_path  # noqa: F401  before evp
 import numpy as np
-from evp.report import table
+from study import table
 
 # The CSV has nine digits: a difference of one unit of the last is up to 1e-8 of a value.
 TOLERANCE = 1e-8

@@ -174,8 +174,8 @@ for entry in "${cases[@]}"; do
     # a subshell, so that a build that fails ends its case only
     (run_case "$release" "$compiler" "$size" "$type") || { printf '!!  %s failed\n' "$entry" >&2; status=1; }
   fi
-  done_phase
 done
+done_phase
 
 "$PYTHON" "$here/releases.py" "$work" "$checksum" "$EVP_REPOSITORY/doc/releases.md" || status=1
 exit "$status"

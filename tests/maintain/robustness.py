@@ -20,8 +20,7 @@ import xml.etree.ElementTree as ElementTree
 from typing import NamedTuple
 
 import tools_path  # noqa: F401  before evp
-from evp.report import command_line, table
-from evp.run import CHECKOUT
+from study import CHECKOUT, command_line, table
 
 FILES = sorted((CHECKOUT / "tests" / "lammps").glob("test_robust_*.py"))
 HEAD = """# Robustness tests

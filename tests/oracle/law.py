@@ -6,7 +6,21 @@ Written from the paper's equations; it shares no expression with src/core/law.h.
 
 import numpy as np
 
-from evp.law import TABLE1, TABLE2, Row, by_regime, force, log_stretch, potential_force, regime, strain, threshold  # noqa: F401
+from evp.law import TABLE1, TABLE2, Row, force, log_stretch, potential_force  # noqa: F401
+
+
+def regime(d, deq, row):
+    """1 or 2, the regime of eq. 8 in force at d (int array)."""
+    return np.where(np.abs(np.asarray(d, dtype=float) - deq) / deq <= row.xi_s, 1, 2)
+
+
+def by_regime(d, deq, row, first, second):
+    """first(d) in regime I, second(d, ds) in regime II, ds of eq. 8 on the side where d lies [length]; each is evaluated where it holds."""
+    d, deq = np.broadcast_arrays(np.asarray(d, dtype=float), np.asarray(deq, dtype=float))
+    is_first = regime(d, deq, row) == 1
+    ds = np.where(d >= deq, 1 + row.xi_s, 1 - row.xi_s) * deq
+    value_first = first(np.where(is_first, d, deq))
+    return np.where(is_first, value_first, second(np.where(is_first, ds, d), ds))
 
 
 def potential(d, deq, e, m, n):

@@ -21,8 +21,8 @@ def test_closed_form():
     nominal = {0.005: 0.00489, 0.006: 0.00568, 0.008: 0.00663, 0.01: 0.00721, 0.02: 0.00863}
     assert calibration.affine_stress(list(nominal), calibration.Shape(3 / 80, 0.005, 0.0)) == pytest.approx(list(nominal.values()), rel=3e-3)
     volume = calibration.volume_ratio(0.33)
-    assert calibration.volume_ratio(0.25) == pytest.approx(0.0, abs=1e-12) and calibration.poisson(volume) == pytest.approx(0.33)
-    assert calibration.affine_stress([1e-6], calibration.Shape(0.0375, 0.005, volume))[0] / 1e-6 == pytest.approx(calibration.stiffening(volume), rel=1e-4)
+    assert calibration.volume_ratio(0.25) == pytest.approx(0.0, abs=1e-12) and calibration.moduli(volume)[1] == pytest.approx(0.33)
+    assert calibration.affine_stress([1e-6], calibration.Shape(0.0375, 0.005, volume))[0] / 1e-6 == pytest.approx(calibration.moduli(volume)[0], rel=1e-4)
     linear, bent = (calibration.affine_stress([0.05], calibration.Shape(0.02, 0.001, 0.0, bend))[0] for bend in (0.0, 50.0))
     assert 0.3 * linear < bent < 0.95 * linear, "saturation: below linear hardening with the same slope at yield"
 
@@ -89,20 +89,23 @@ def test_refusals(tmp_path, monkeypatch, change, reason):
     assert [path.name for path in tmp_path.iterdir()] == ["out.evp"] and out.read_text(encoding="utf-8") == before
 
 
+ATOMS = "two\n\n2 atoms\n\nAtoms # sphere\n\n1 1 0.01 2700 0 0 0\n2 1 0.01 2700 0.01 0 0\n"
+
+
 @pytest.mark.parametrize("body, measures, reason", [
-    (None, None, "there is no file bar.data; give the data file of a body"),
-    ("any", None, "there is no file bar.data.body; make the body by in.specimen or tools/body.py, which write both"),
-    ("any", "variable length index 0.05\n", "bar.data.body gives no length or no volume of the body: make the body by"),
+    (None, None, "there is no file bar.data"),
+    (ATOMS, None, "there is no file bar.data.body; make the body by in.specimen or tools/body.py, which write both"),
+    (ATOMS, "variable length index 0.05\n", "bar.data.body gives no length or no volume of the body: make the body by"),
     ("any", "variable length index 0.05\nvariable volume index 6e-5 # [m3]\n", "bar.data has no 'Atoms # sphere' section")])
 def test_bodies_that_are_refused(tmp_path, monkeypatch, body, measures, reason):
+    """No table is left behind."""
     monkeypatch.chdir(tmp_path)
-    for name, text in (("bar.data", body), ("bar.data.body", measures)):
-        if text:
-            (tmp_path / name).write_text(text, encoding="utf-8")
-    (tmp_path / "work").mkdir()
-    with pytest.raises(ValueError) as refused:
-        calibration.given_body("bar.data", "work")
-    assert reason in str(refused.value)
+    monkeypatch.setenv("EVP_LMP", "/bin/true")
+    given = {name: text for name, text in (("bar.data", body), ("bar.data.body", measures)) if text}
+    for name, text in given.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    failed = call(calibrate.main, *(word for pair in GOOD.items() for word in pair), "--body", "bar.data", "--out", "m.evp", "--ranks", "1")
+    assert failed.returncode == 1 and f"error: {reason}" in failed.stderr and sorted(path.name for path in tmp_path.iterdir()) == sorted(given)
 
 
 def test_rows_are_appended_whole(tmp_path):
@@ -136,22 +139,35 @@ def test_table_drops_a_line_that_was_cut_off(tmp_path):
 
 
 def test_a_second_calibration_leaves_one_that_is_running(tmp_path, monkeypatch):
-    """Neither its runs nor its folder; one that begins leaves a folder of that name, which is not its own."""
+    """Its runs stay. One of another body is told so."""
     monkeypatch.setenv("EVP_LMP", "/bin/true")
-    table, body = Table(tmp_path / "m.mine.jsonl", {}), tmp_path / "m.mine.work" / "body.data"
+    table = Table(tmp_path / "m.mine.jsonl", {})
     table.add({"number": 1})
-    body.parent.mkdir()
-    body.touch()
     words = [word for pair in GOOD.items() for word in pair] + ["--out", str(tmp_path / "m.evp"), "--ranks", "1"]
     options = calibrate.parser().parse_args(words)
     with pytest.raises(ValueError, match="another calibration"):
         calibrate.calibrate(options, words)
-    assert body.exists() and len(table.path.read_text(encoding="utf-8").splitlines()) == 2
+    assert len(table.path.read_text(encoding="utf-8").splitlines()) == 2
     table.close()
-    table.path.unlink()
-    with pytest.raises(ValueError, match="is no folder of a calibration"):
-        calibrate.calibrate(options, words)
-    assert body.exists() and not table.path.exists()
+
+
+def test_another_body_is_no_resumption(tmp_path, monkeypatch):
+    """The same data file beside other measures, too."""
+    monkeypatch.setenv("EVP_LMP", "/bin/false")
+    measures = "variable length index 0.05\nvariable volume index 6e-5\nvariable area index {}\n"
+    (tmp_path / "bar.data").write_text(ATOMS, encoding="utf-8")
+    words = [word for pair in GOOD.items() for word in pair] + ["--body", str(tmp_path / "bar.data"), "--out", str(tmp_path / "m.evp"), "--ranks", "1"]
+    seen = []
+
+    def kept(path, inputs):
+        seen.append(inputs["body"])
+        raise ValueError("enough")
+
+    monkeypatch.setattr(calibrate, "Table", kept)
+    for area in (1.2e-3, 1.2e-3, 1.3e-3):
+        (tmp_path / "bar.data.body").write_text(measures.format(area), encoding="utf-8")
+        assert "enough" in call(calibrate.main, *words).stderr
+    assert seen[0] == seen[1] != seen[2]
 
 
 BODY = calibration.Body(None, 4000, 26000, 0.003, 1e-5)
@@ -165,7 +181,7 @@ def closed_form_pull(body, material, targets, *_):
                               1.0 / material.saturation if material.saturation else 0.0)
     bulk, shear = 1.0 / 1.5 + shape.volume, 0.4
     stresses = np.abs(calibration.affine_stress([strain for _, strain in targets.points], shape))
-    return {"E": network * calibration.stiffening(shape.volume), "yield": 0.95 * network * calibration.affine_offset(shape),
+    return {"E": network * calibration.moduli(shape.volume)[0], "yield": 0.95 * network * calibration.affine_offset(shape),
             **{calibration.at(strain): 0.85 * network * stress for (_, strain), stress in zip(targets.points, stresses)},
             "nu": 0.01 + (3 * bulk - 2 * shear) / (2 * (3 * bulk + shear))}, (np.zeros(2), np.zeros(2))
 

@@ -155,6 +155,8 @@ def test_cycle_command(files):
     assert numbers[:4] == ["0.02", "100", "-", "-"] and "nan" not in shown
     assert "held.csv has no residual strain: the way back ends before zero stress; -var lower release" in shown
     assert "held: no residual strain (not unloaded)," in (files / "left.png.csv").read_text()
+    run("cycle", *(curve_file(files / f"{k}.csv", swept(way((0.02, 0.0)))) for k in range(9)), "--out", "nine.png")
+    assert "\n8: residual strain 1.50 %," in (files / "nine.png.csv").read_text(), "more curves than colors"
 
 
 def test_loads_of_an_extensometer_turn_where_the_grips_do(files):

@@ -26,7 +26,6 @@ def test_shares_of_known_curves(at):
     found = rates.shares_at(pulled(VISCOUS, INERTIAL), pulled(0.0, VIBRATION), at)
     stress = E * at + VISCOUS
     assert found == pytest.approx(rates.Shares(at, stress, VISCOUS, INERTIAL, VIBRATION), rel=EXACT)
-    assert found.percent(found.viscous) == pytest.approx(100.0 * VISCOUS / stress, rel=EXACT)
 
 
 def test_imbalance_about_a_strain_and_strains_that_are_reached():
@@ -74,7 +73,7 @@ def row_of_spheres():
 def test_expected_of_a_row_of_spheres():
     found = rates.expected(row_of_spheres(), law.TABLE2, 5e-3 / 1e-5, 10.0, E, length=0.04)
     tau, density = 1000.0 * 0.007**2 / 2560.0, 5e-3 / 1e-5
-    assert found == pytest.approx(rates.Expected(tau, E * tau * 10.0, density * np.sqrt(E / density) * 0.04 * 10.0), rel=1e-12)
+    assert found == pytest.approx((tau, E * tau * 10.0, density * np.sqrt(E / density) * 0.04 * 10.0), rel=1e-12)
 
 
 @pytest.fixture

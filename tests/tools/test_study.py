@@ -195,11 +195,13 @@ def test_the_fastest_setting_that_keeps_its_bound_on_every_body(monkeypatch, err
     assert list(accuracy.chosen(rows, "cycle").values()) == chosen
 
 
-def test_front_and_errors_between_those_measured():
-    """The front keeps what no other beats."""
+def test_front_and_errors_between_those_measured(tmp_path, monkeypatch):
+    """The front keeps what no other beats. Errors between those measured, and beyond."""
     assert accuracy.front(dict(zip("abcdef", [(1, 5), (2, 6), (3, 1), (2, 3), (4, 1), (5, 0.5)]))) == ["a", "d", "c", "f"]
-    rows = [{"value": "1", "error_percent": "4"}, {"value": "4", "error_percent": "1"}]
-    assert [pytest.approx(cost.interpolated(rows, value)) for value in (0.5, 1, 2, 4, 9)] == [4, 4, 2, 1, 1]
+    monkeypatch.setattr(cost, "MEASURED", tmp_path / "errors.csv")
+    cost.MEASURED.write_text("deck,load,choice,value,error_percent\nin.x,pull,rate,1,4\nin.x,pull,rate,4,1\n", encoding="utf-8")
+    found = [next(cost.errors(CHECKOUT / "in.x", f"in.x: rate {value}", 100)).rpartition("rate ")[2] for value in ("0.5", "1", "-2", "4", "9")]
+    assert found == ["0.5 below 4 %", "1 4 %", "-2 2 %", "4 1 %", "9 above 1 %"]
 
 
 def test_page_and_picture_are_of_the_csv(tmp_path, capsys):

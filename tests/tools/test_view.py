@@ -12,6 +12,7 @@ import inputs
 import matplotlib.image
 import numpy as np
 import pytest
+import study
 import view as tool
 from evp import dump, run, scenes, specimen, spheres
 from PIL import Image
@@ -56,7 +57,7 @@ def pulled(tmp_path_factory):
     """A folder with pull_frames.dump, by a short run of the traction deck with frames."""
     folder = tmp_path_factory.mktemp("pulled")
     variables = {"specimen": BODY, "rate": 100, "strain": 0.005, "out": "pull", "also": run.DECKS / "frames.lmp", "frames": 5}
-    run.output_of(run.deck_command(run.DECKS / "in.traction", variables), folder, "in.traction")
+    study.output_of(run.deck_command(run.DECKS / "in.traction", variables), folder, "in.traction")
     return folder
 
 
@@ -357,7 +358,7 @@ def test_what_the_refusal_of_a_column_says_to_write(tmp_path):
         place = re.search(r"c_state\[\d\]", modify)[0]
         script += f"{compute}\ndump ID all custom 1 {name}.dump id x y z radius {place}\n{modify}\nrun 0\nundump ID\nuncompute state\n".replace("PHI", "0.6")
     (tmp_path / "in.lmp").write_text(script, encoding="utf-8")
-    run.output_of([*run.lammps_command(), "-log", "none", "-in", "in.lmp"], tmp_path, "columns")
+    study.output_of([*run.lammps_command(), "-log", "none", "-in", "in.lmp"], tmp_path, "columns")
     for name in (*dump.STATE, *dump.ON_REQUEST):
         assert dump.index([tmp_path / f"{name}.dump"])[-1].names[-1] == name
 
@@ -365,7 +366,7 @@ def test_what_the_refusal_of_a_column_says_to_write(tmp_path):
 def test_a_lammps_without_graphics(one, tmp_path, monkeypatch):
     """As an lmp of 11 Feb 2026 or later without that package answers: the remedy is named, and commands that draw after runs learn it before.
     Its other errors are passed on."""
-    spheres.check()
+    study.check_drawing()
     monkeypatch.setattr(spheres, "_script", lambda *_: "no_such_command\n")
     assert "LAMMPS could not draw the spheres: ERROR: Unknown command: no_such_command" in refused(tmp_path, "one.dump")
     said = "ERROR: Unrecognized dump style 'image' is part of the GRAPHICS package which is not enabled in this LAMMPS binary."
@@ -373,7 +374,7 @@ def test_a_lammps_without_graphics(one, tmp_path, monkeypatch):
     text = refused(tmp_path, "one.dump")
     assert f"{tmp_path / 'lmp'} was built without the package GRAPHICS" in text and "-DPKG_GRAPHICS=on" in text and said in text, text
     with pytest.raises(run.RunError, match="-DPKG_GRAPHICS=on"):
-        spheres.check()
+        study.check_drawing()
 
 
 def test_a_run_that_goes_on(tmp_path):

@@ -46,41 +46,22 @@ def summary(path):
     return re.split(r"(?<=[.:])\s|\s\(", comment)[0].rstrip(".:")
 
 
-def styles():
-    """Names of the LAMMPS styles and commands of the plugin, each with a page in doc/."""
-    titles = [page.read_text(encoding="utf-8").split("\n")[0] for page in sorted(FOLDERS["doc"][1].glob("*.rst"))]
-    return [title[: -len(" command")] for title in titles if title.endswith(" command")]
-
-
-def table(rows):
-    """Lines of (name, text)."""
-    return "".join(f"  {name:<18}{text}\n" for name, text in rows)
-
-
 def usage():
     """The whole help."""
+    titles = [page.read_text(encoding="utf-8").split("\n")[0] for page in sorted(FOLDERS["doc"][1].glob("*.rst"))]
     tools, scripts = ([path for path in (TOOLS / name for name in names) if path.exists()] for names in ([f"{name}.py" for name in FOR_USERS], SCRIPTS))
     parts = {"Tools": [(path.stem, summary(path)) for path in tools],
              "Scripts in the folder tools": [(path.name, summary(path)) for path in scripts],
              "Folders of evp path": [(name or "(none)", text) for name, (text, _) in FOLDERS.items()],
              "Input scripts, in the folder decks": [(path.name, summary(path)) for path in sorted(FOLDERS["decks"][1].glob("in.*"))],
-             "Commands for LAMMPS, each with a page in the folder doc": [(name, "") for name in styles()]}
-    return USAGE + "".join(f"\n{title}:\n{re.sub(' +$', '', table(rows), flags=re.M)}" for title, rows in parts.items() if rows)
+             "Commands for LAMMPS, each with a page in the folder doc": [(title[: -len(" command")], "") for title in titles if title.endswith(" command")]}
+    return USAGE + "".join(f"\n{title}:\n" + "".join(f"  {name:<18}{text}".rstrip() + "\n" for name, text in rows) for title, rows in parts.items() if rows)
 
 
 def refuse(text):
     """Ends the program as a wrong command line does."""
     print(f"evp: error: {text}; see evp --help", file=sys.stderr)
     return 2
-
-
-def path(words):
-    """evp path [FOLDER]."""
-    name = words[0] if words else ""
-    if len(words) > 1 or name not in FOLDERS:
-        return refuse(f"path takes one of {', '.join(filter(None, FOLDERS))}, or nothing, but got '{' '.join(words)}'")
-    print(FOLDERS[name][1].resolve())
-    return 0
 
 
 def main(words):
@@ -93,7 +74,11 @@ def main(words):
         print(f"EVP {version()}")
         return 0
     if name == "path":
-        return path(rest)
+        folder = "".join(rest[:1])
+        if len(rest) > 1 or folder not in FOLDERS:
+            return refuse(f"path takes one of {', '.join(filter(None, FOLDERS))}, or nothing, but got '{' '.join(rest)}'")
+        print(FOLDERS[folder][1].resolve())
+        return 0
     if name not in FOR_USERS:
         return refuse(f"no tool '{name}'; the tools here are {', '.join(FOR_USERS)}")
     os.environ["EVP_COMMAND"] = "evp"

@@ -23,7 +23,6 @@ import os
 import pathlib
 import re
 import shutil
-import tempfile
 import time
 from typing import NamedTuple, Optional, Tuple
 
@@ -32,7 +31,7 @@ import scipy.optimize
 from scipy.integrate import trapezoid
 
 from . import curves, dump, figures, law, specimen
-from .curves import YIELD_OFFSET
+from .curves import YIELD_OFFSET, CurveError
 from .report import all_or_nothing
 from .run import Failed, Job, last_strain, run_jobs
 
@@ -96,11 +95,6 @@ class Targets(NamedTuple):
         """The largest strain, with its sign."""
         return max((strain for _, strain in self.points), key=abs)
 
-    @property
-    def volume(self):
-        """kv N/(V E0) of the closed form; 0 where nu is not asked for."""
-        return 0.0 if self.nu is None else volume_ratio(self.nu)
-
 
 def at(strain):
     """Name of a stress at a strain."""
@@ -133,7 +127,16 @@ def check(targets):
             raise ValueError(f"--stress: {stress:.6g} Pa at {strain:g} is not above the stress before, {before:.6g} Pa. The law hardens: end at the largest force "
                              "(nominal stresses of a compression grow with the cross-section: give negative strains if those are meant)")
         before = stress
-    check_rates(targets.rates)
+    if targets.rates:
+        ordered = sorted(targets.rates, key=lambda pair: pair[1])
+        (over0, rate0), (over1, rate1) = ordered[0], ordered[-1]
+        if not 0.0 < rate0 <= rate1 < math.inf:
+            raise ValueError("--rate: give positive rates")
+        slopes = [over / rate for over, rate in ordered]
+        if rate1 > 10.0 * rate0 * (1.0 + 1e-9) and max(slopes) > (1.0 + LINEAR) * min(slopes):
+            raise ValueError(f"--rate: the over-stresses {over0:g} Pa at {rate0:g}/s and {over1:g} Pa at {rate1:g}/s are not linear in the rate over more than "
+                             f"a decade. Damping is linear: it follows a logarithmic law over about one decade only; the nearest with {over1:g} Pa at "
+                             f"{rate1:g}/s has {over1 * rate0 / rate1:.4g} Pa at {rate0:g}/s. Give one of them")
 
 
 NEAR_YIELD = 0.7  # of the 0.2 % yield stress: at least so much has the last row of a measured curve before it
@@ -171,21 +174,6 @@ def read_measured(path, modulus, is_true):
     return first, tuple((float(np.interp(place, strain, stress)), sign * place) for place in places)
 
 
-def check_rates(rates):
-    """ValueError where a rate is not positive, or the over-stresses are not linear in it over more than a decade."""
-    if not rates:
-        return
-    ordered = sorted(rates, key=lambda pair: pair[1])
-    if not 0.0 < ordered[0][1] <= ordered[-1][1] < math.inf:
-        raise ValueError("--rate: give positive rates")
-    (over0, rate0), (over1, rate1) = ordered[0], ordered[-1]
-    slopes = [over / rate for over, rate in ordered]
-    if rate1 > 10.0 * rate0 * (1.0 + 1e-9) and max(slopes) > (1.0 + LINEAR) * min(slopes):
-        raise ValueError(f"--rate: the over-stresses {over0:g} Pa at {rate0:g}/s and {over1:g} Pa at {rate1:g}/s are not linear in the rate over more than "
-                         f"a decade. Damping is linear: it follows a logarithmic law over about one decade only; the nearest with {over1:g} Pa at "
-                         f"{rate1:g}/s has {over1 * rate0 / rate1:.4g} Pa at {rate0:g}/s. Give one of them")
-
-
 def check_file(path, name):
     """ValueError where a row of this name cannot be appended to the potential file. Writes nothing."""
     if not NAME.fullmatch(name):
@@ -214,16 +202,10 @@ def volume_ratio(nu):
     return 2.0 * SHEAR * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu)) - BULK
 
 
-def poisson(volume):
-    """Poisson's ratio with the volume energy, the inverse of volume_ratio()."""
+def moduli(volume):
+    """(E/E0, Poisson's ratio) with the volume energy, the latter the inverse of volume_ratio()."""
     bulk = BULK + volume
-    return (3.0 * bulk - 2.0 * SHEAR) / (2.0 * (3.0 * bulk + SHEAR))
-
-
-def stiffening(volume):
-    """E/E0 with the volume energy."""
-    bulk = BULK + volume
-    return 9.0 * bulk * SHEAR / (3.0 * bulk + SHEAR)
+    return 9.0 * bulk * SHEAR / (3.0 * bulk + SHEAR), (3.0 * bulk - 2.0 * SHEAR) / (2.0 * (3.0 * bulk + SHEAR))
 
 
 def affine_stress(strains, shape):
@@ -249,7 +231,7 @@ def affine_stress(strains, shape):
 
 def affine_offset(shape):
     """0.2 % offset yield stress/E0, of a curve whose straight part has the slope E."""
-    slope = stiffening(shape.volume)
+    slope, _ = moduli(shape.volume)
     strain = scipy.optimize.brentq(lambda a: affine_stress([a], shape)[0] - slope * (a - YIELD_OFFSET), YIELD_OFFSET * (1.0 + 1e-9), 0.5, xtol=1e-12)
     return slope * (strain - YIELD_OFFSET)
 
@@ -271,56 +253,29 @@ class Body(NamedTuple):
 
 
 def measure(path):
-    """The Body of a data file with its FILE.body."""
-    size, read = specimen.read_body(path), specimen.read_data(path)
+    """The Body of a data file with its FILE.body. OSError or ValueError where one is missing or is none."""
+    read, size = specimen.read_data(path), specimen.read_body(path)
     deq = specimen.bond_lengths(read, ALPHA)
-    return Body(pathlib.Path(path).absolute(), len(read.ids), len(deq), float(deq.mean()), float(np.mean(deq**2)), size["volume"], size["length"])
+    return Body(pathlib.Path(path), len(read.ids), len(deq), float(deq.mean()), float(np.mean(deq**2)), size["volume"], size["length"])
 
 
 def make_body(folder, count, seed, density, timeout):
-    """The Body of in.specimen, kept in the folder; made on one rank, as another number of ranks gives another packing. density: of the solid."""
-    path = pathlib.Path(folder) / f"body_{count}_{seed}_{density:.9g}.data"
-    if not path.exists():
-        with attempt_folder(folder) as work:
-            call("in.specimen", {"n": count, "seed": seed, "density": f"{density:.9g}", "out": "body.data"}, 1, work, timeout, f"packing of {count} spheres")
-            os.replace(work / "body.data.body", path.with_name(path.name + ".body"))
-            os.replace(work / "body.data", path)
-    return measure(path)
+    """The Body of in.specimen, body.data in the folder; made on one rank, as another number of ranks gives another packing. density: of the solid."""
+    call("in.specimen", {"n": count, "seed": seed, "density": f"{density:.9g}", "out": "body.data"}, 1, folder, timeout, f"packing of {count} spheres")
+    return measure(folder / "body.data")
 
 
 def given_body(path, folder):
-    """The Body of a data file of the user's with its FILE.body, copied into the folder.
-
-    ValueError where a file is missing or is none.
-    """
-    kept = pathlib.Path(folder) / "given.data"
-    if not pathlib.Path(path).is_file():
-        raise ValueError(f"--body: there is no file {path}; give the data file of a body")
-    body = measure(path)
+    """The Body of a data file of the user's with its FILE.body, copied into the folder. Errors as of measure()."""
     for end in ("", ".body"):
-        shutil.copy(f"{path}{end}", f"{kept}{end}")
-    return body._replace(path=kept.absolute())
-
-
-@contextlib.contextmanager
-def attempt_folder(folder):
-    """A folder of its own for one attempt, so that a process left behind by a killed calibration writes into nothing that is used."""
-    path = pathlib.Path(tempfile.mkdtemp(dir=folder, prefix="attempt_"))
-    try:
-        yield path
-    finally:
-        shutil.rmtree(path, ignore_errors=True)
-
-
-def relative(path, folder):
-    """A file as a deck run in the folder is told of it: folders above both may have spaces, which read_data takes for the end of a name."""
-    return os.path.relpath(pathlib.Path(path).resolve(), pathlib.Path(folder).resolve())
+        shutil.copy(f"{path}{end}", folder / f"body.data{end}")
+    return measure(folder / "body.data")
 
 
 def call(deck, variables, ranks, folder, timeout, title, share=lambda: 0.0):
-    """Run a deck in a folder that is taken away; Failed where it ends badly or lasts beyond `timeout` seconds, RunError where it does not even start.
+    """Run a deck in the folder; Failed where it ends badly or lasts beyond `timeout` seconds, RunError where it does not even start.
 
-    share: a function that gives 0..1 while it runs.
+    share: a function that gives what is done of it, 0 to 1, while it runs.
     """
     try:
         run_jobs([Job(deck, deck, variables, folder, ranks, done=share)], ranks, title, timeout)
@@ -364,33 +319,28 @@ def pull(body, material, *others):
 
 
 def pull_material(body, material, xi_s, targets, finer, ranks, folder, timeout, title):
-    """(found, curve) of a quasi-static run: by the names of Targets.aims, nu always; strain and stress [Pa] as sizes. Failed, with the reason.
+    """(found, curve) of a quasi-static run: by the names of Targets.aims, nu always; strain and stress [Pa] as sizes. Failed or CurveError, with the reason.
 
-    material: the deck's variables that choose it.
+    material: the deck's variables that choose it; folder: that of the body.
     """
     ends = legs(xi_s, targets, finer)
     ends[0] = tuple(0.5 * value for value in ends[0])  # the middle may be stretched twice as far as the grips say
     begin = time.monotonic()
-    with attempt_folder(folder) as work:
-        for number, (end, increment) in enumerate(ends):
-            variables = {"specimen": relative(body.path, work), **material, **RULES, "strain": f"{end:.9g}", "increment": f"{increment:.9g}",
-                         "resume": "yes" if number else "no", "out": "pull"}
-            left = timeout - (time.monotonic() - begin)
-            call("in.quasistatic", variables, ranks, work, left, title, lambda: last_share(work / "pull.csv", ends[-1][0]))
-            if number == 0:
-                state = dump.last_positions(work / "pull_state.dump")
-                if not np.all(np.isfinite(state)):
-                    raise Failed("a position is not finite")
-                share = last_strain(work / "pull.csv") / math.copysign(read_curve(work / "pull.csv")[0][-1], end)
-                ends[1:] = [(OVERSHOOT * share * end, share * size) for end, size in ends[1:]]
-        strain, stress = read_curve(work / "pull.csv")
+    (folder / "pull.csv").unlink(missing_ok=True)  # of the run before, which would be taken for progress
+    for number, (end, increment) in enumerate(ends):
+        variables = {"specimen": body.path.name, **material, **RULES, "strain": f"{end:.9g}", "increment": f"{increment:.9g}",
+                     "resume": "yes" if number else "no", "out": "pull"}
+        left = timeout - (time.monotonic() - begin)
+        call("in.quasistatic", variables, ranks, folder, left, title, lambda: last_strain(folder / "pull.csv") / ends[-1][0])
+        if number == 0:
+            state = dump.last_positions(folder / "pull_state.dump")
+            share = last_strain(folder / "pull.csv") / math.copysign(read_curve(folder / "pull.csv")[0][-1], end)
+            ends[1:] = [(OVERSHOOT * share * end, share * size) for end, size in ends[1:]]
+    strain, stress = read_curve(folder / "pull.csv")
     if strain[-1] < abs(targets.strain):
         raise Failed(f"the middle of the body was stretched to {strain[-1]:.4g} only: it is no thinner than the ends")
-    try:
-        modulus = curves.modulus(strain, stress)
-        offset = curves.yield_stress(strain, stress, modulus)
-    except curves.CurveError as error:
-        raise Failed(str(error)) from error
+    modulus = curves.modulus(strain, stress)
+    offset = curves.yield_stress(strain, stress, modulus)
     if not math.isfinite(offset):
         raise Failed("the curve does not meet the line of the 0.2 % offset")
     axial, lateral = specimen.middle_strains(specimen.read_data(body.path), state, body.length)
@@ -398,29 +348,20 @@ def pull_material(body, material, xi_s, targets, finer, ranks, folder, timeout, 
     return {"E": modulus, "yield": offset, **stresses, "nu": float(-lateral / axial)}, (strain, stress)
 
 
-def last_share(path, end):
-    """Share of a pull done, from its growing CSV."""
-    return min(1.0, abs(last_strain(path) / end))
-
-
 def read_curve(path, strain="strain_gauge"):
-    """(strain of this column, stress through the cross-sections [Pa]) of a pull or push, both as sizes; Failed where a number is not finite."""
-    try:
-        curve = curves.read_curve(path, strain)
-    except (curves.CurveError, OSError) as error:
-        raise Failed(str(error)) from error
-    sign = math.copysign(1.0, curve.strain[-1])
-    return sign * curve.strain, sign * curve.virial
+    """(strain of this column, stress through the cross-sections [Pa]) of a pull or push, both as sizes; CurveError where a number is not finite."""
+    curve = curves.read_curve(path, strain)
+    return curves.first_way(curve.strain, curve.virial, ())[:2]
 
 
 def flow_stress(body, material, targets, rate, ranks, folder, timeout, title):
-    """Mean stress [Pa] over the second half of a run of in.traction at a rate. Failed, with the reason."""
+    """Mean stress [Pa] over the second half of a run of in.traction at a rate. Failed or CurveError, with the reason."""
     end = math.copysign(max(0.012, 2.5 * (targets.yield_strain + YIELD_OFFSET)), targets.strain)
-    variables = {**typed(body, material), **RULES, "strain": f"{abs(end):.9g}",
+    variables = {"specimen": body.path.name, **typed(body, material), **RULES, "strain": f"{abs(end):.9g}",
                  "rate": f"{math.copysign(rate, end):.9g}", "integrator": "implicit" if material.row.gamma > 0.0 else "explicit", "out": "rate"}
-    with attempt_folder(folder) as work:
-        call("in.traction", {"specimen": relative(body.path, work), **variables}, ranks, work, timeout, title, lambda: last_share(work / "rate.csv", end))
-        strain, stress = read_curve(work / "rate.csv", "strain")
+    (folder / "rate.csv").unlink(missing_ok=True)
+    call("in.traction", variables, ranks, folder, timeout, title, lambda: last_strain(folder / "rate.csv") / end)
+    strain, stress = read_curve(folder / "rate.csv", "strain")
     late = strain > 0.5 * strain[-1]
     strain, stress = strain[late], stress[late]
     return float(trapezoid(stress, strain) / (strain[-1] - strain[0]))
@@ -499,6 +440,7 @@ class ClosedForm:
         self.with_nu, self.bends = targets.nu is not None, len(targets.points) > 1
         limits = [(-np.inf, np.inf), np.log(XI_RANGE), SOFTENING_RANGE] + [(0.0, np.inf)] * self.with_nu + [(0.0, BEND_RANGE[1])] * self.bends
         self.bounds = tuple(np.array(limits).T)
+        self.weights = np.array([OWN, 1.0] + [1.0] * len(targets.points) + [OWN] * self.with_nu)
 
     def shape(self, unknowns):
         volume = unknowns[3] if self.with_nu else 0.0
@@ -511,16 +453,13 @@ class ClosedForm:
         row = law.Row(e1, m, n, rounded(shape.softening * e1), m, n, rounded(shape.xi_s), 0.0, ALPHA)
         return Material(row, rounded(shape.volume * network * body.volume / body.count), rounded(1.0 / shape.bend) if shape.bend > BEND_RANGE[0] else 0.0)
 
-    def weigh(self, misfit):
-        """Times the weights."""
-        return misfit * np.array([OWN, 1.0] + [1.0] * len(self.targets.points) + [OWN] * self.with_nu)
-
     def misfit(self, unknowns):
         """log of each result over its target, in their order, times its weight."""
         shape, network = self.shape(unknowns), math.exp(unknowns[0])
+        stiffening, nu = moduli(shape.volume)
         stresses = affine_stress([strain for _, strain in self.targets.points], shape)
-        found = network * np.array([stiffening(shape.volume), affine_offset(shape), *np.abs(stresses)])
-        return self.weigh(np.log(np.append(found, poisson(shape.volume) if self.with_nu else []) / [value for value, _ in self.targets.aims.values()]))
+        found = network * np.array([stiffening, affine_offset(shape), *np.abs(stresses)])
+        return self.weights * np.log(np.append(found, nu if self.with_nu else []) / [value for value, _ in self.targets.aims.values()])
 
     def slopes(self, unknowns):
         """(results, unknowns) of the misfit."""
@@ -529,8 +468,9 @@ class ClosedForm:
 
     def start(self):
         """Unknowns of the first run."""
-        first = [math.log(self.targets.modulus / stiffening(self.targets.volume)), math.log(0.5 * self.targets.yield_strain), 0.03]
-        first += [max(self.targets.volume, 0.01)] * self.with_nu + [5.0] * self.bends
+        volume = volume_ratio(self.targets.nu) if self.with_nu else 0.0
+        first = [math.log(self.targets.modulus / moduli(volume)[0]), math.log(0.5 * self.targets.yield_strain), 0.03]
+        first += [max(volume, 0.01)] * self.with_nu + [5.0] * self.bends
         first[1] = float(np.clip(first[1], *np.log(XI_RANGE) + [0.1, -0.1]))
         found = scipy.optimize.least_squares(self.misfit, first, self.slopes, self.bounds, x_scale="jac", xtol=1e-3, ftol=1e-3, max_nfev=30).x
         found[2] = max(found[2], LEAST_GUESS)
@@ -560,14 +500,14 @@ class Search:
         return record
 
     def kept(self, key, others, make):
-        """The record with this key, from the table or of make(), a dict; a run that Failed has one, too."""
+        """The record with this key, from the table or of make(), a dict; a run that Failed, or gave no curve, has one, too."""
         key = json.loads(json.dumps(key))
         record = self.table.find(**key) if key["kind"] == "pull" else self.table.find(**key, state="done")
         if record is None:
             begin = time.monotonic()
             try:
                 ended = {"state": "done", **make()}
-            except Failed as failure:
+            except (Failed, CurveError) as failure:
                 ended = {"state": "failed", "reason": str(failure)}
             record = self.table.add({**key, **others, "seconds": round(time.monotonic() - begin, 2), **ended})
         return record
@@ -601,7 +541,7 @@ class Search:
 
     def weighed(self, result):
         """log of each value over its target, times its weight."""
-        return self.closed_form.weigh(np.log1p(list(result.residuals.values())))
+        return self.closed_form.weights * np.log1p(list(result.residuals.values()))
 
     def why_missed(self, result):
         """Why no row is nearer, as far as the run shows."""

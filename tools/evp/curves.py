@@ -137,24 +137,19 @@ def _line_fit(strain, stress, low, high):
     return float(slope), float(value)
 
 
-def _is_straight(strain, stress):
-    """Is the slope over the second half of the rows at least ELASTIC_SHARE of that over the first?"""
-    middle = len(strain) // 2
-    halves = (slice(0, len(strain) - middle), slice(middle, None))  # an odd row belongs to both
-    first, second = (np.polyfit(strain[half], stress[half], 1)[0] for half in halves)
-    return second >= ELASTIC_SHARE * first
-
-
 def elastic_end(strain, stress):
     """Strain to which E is fitted: MODULUS_END, or less where the elastic part is shorter.
 
-    The elastic part is the longest range from strain 0, to SEARCH_END at most, that is straight: vibration bends short ranges and leaves long ones
-    straight. Where it ends before SEARCH_END it holds a piece of the bend, so that E is fitted to KEPT of it. CurveError where three rows are bent already.
+    The elastic part is the longest range from strain 0, to SEARCH_END at most, that is straight by ELASTIC_SHARE: vibration bends short
+    ranges and leaves long ones straight. Where it ends before SEARCH_END it holds a piece of the bend, so that E is fitted to KEPT of it.
+    CurveError where three rows are bent already.
     """
     inside = (strain > 0.0) & (strain <= SEARCH_END + ROUNDING)
     strain, stress = strain[inside], stress[inside]
     for count in range(len(strain), 2, -1):
-        if _is_straight(strain[:count], stress[:count]):
+        halves = slice(0, count - count // 2), slice(count // 2, count)  # an odd row belongs to both
+        first, second = (np.polyfit(strain[half], stress[half], 1)[0] for half in halves)
+        if second >= ELASTIC_SHARE * first:
             if count == len(strain):
                 return MODULUS_END
             return float(min(MODULUS_END, max(KEPT * strain[count - 1], strain[2])))
@@ -178,11 +173,6 @@ def stress_at(strain, stress, at):
     return _line_fit(strain, stress, at - STRESS_WINDOW, at + STRESS_WINDOW)[1]
 
 
-def tangent(strain, stress, at):
-    """Slope at the strain `at`, from a straight line over +-TANGENT_WINDOW [unit of stress]."""
-    return _line_fit(strain, stress, at - TANGENT_WINDOW, at + TANGENT_WINDOW)[0]
-
-
 def yield_stress(strain, stress, elastic_modulus):
     """Stress where the curve first meets E (strain - 0.2 %), interpolated between the rows on both sides; nan if it does not."""
     above = stress - elastic_modulus * (strain - YIELD_OFFSET)
@@ -203,17 +193,11 @@ def departure_strain(strain, stress, elastic_modulus, start):
     step = 0.25 * TANGENT_WINDOW
     before = None
     for at in np.arange(start, strain.max() - TANGENT_WINDOW, step):
-        excess = tangent(strain, stress, at) - LEFT * elastic_modulus
+        excess = _line_fit(strain, stress, at - TANGENT_WINDOW, at + TANGENT_WINDOW)[0] - LEFT * elastic_modulus
         if excess < 0.0:
             return float(at if before is None else at - step * excess / (excess - before))
         before = excess
     return NAN
-
-
-def check_fit(fit):
-    """CurveError where a range of E, (low, high) or None, is none."""
-    if fit is not None and not 0.0 <= fit[0] < fit[1] < np.inf:
-        raise CurveError(f"the range of E must be 0 <= low < high, got {fit[0]:g} {fit[1]:g}")
 
 
 def numbers(curve, fit=None):
@@ -226,7 +210,6 @@ def numbers(curve, fit=None):
     fit: (low, high) in place of the elastic part that is found. CurveError if the curve is too short for E.
     """
     strain, stress = curve.strain, curve.virial
-    check_fit(fit)
     low, high = fit or (0.0, elastic_end(strain, stress))
     moved = strain > 0.0
     elastic_modulus, value = _line_fit(strain[moved], stress[moved], low, high)
@@ -411,9 +394,8 @@ def table_numbers(curve, fit=None, strains=STRAINS, turned=None):
       stress_at_S_MPa                 for each strain S of the first way
       CYCLE_NUMBERS, area_K_MJ_per_m3 for the loops K = 1, 2 ...  where the curve turns back
 
-    Strains of compression are given and reported as sizes; stresses of it are negative. turned: rows, as `at` above. CurveError where `fit` is no range.
+    Strains of compression are given and reported as sizes; stresses of it are negative. turned: rows, as `at` above.
     """
-    check_fit(fit)
     turned = turns(curve.strain) if turned is None else turned
     strain, stress, sign = first_way(curve.strain, curve.virial, turned)
     try:

@@ -32,7 +32,7 @@ class Snapshot(NamedTuple):
     end: int
 
     def __str__(self):
-        return f"{self.path}, step {self.step}"
+        return str(self.path) if self.step is None else f"{self.path}, step {self.step}"
 
     def common(self, name):
         """The value of a column that is the same for all atoms, such as the strain of the body; None of any other."""
@@ -41,6 +41,9 @@ class Snapshot(NamedTuple):
 
     def read(self):
         """{name: (N,) array} in the order of the IDs; columns of words are left out."""
+        if self.step is None:
+            body = specimen.read_data(self.path)
+            return dict(zip(self.names, (body.ids, body.types, *body.x.T, body.radius)))
         with open(self.path, "rb") as source:
             source.seek(self.start)
             words = source.read(self.end - self.start).split()
@@ -57,18 +60,6 @@ class Snapshot(NamedTuple):
             order = np.argsort(columns["id"], kind="stable")
             columns = {name: column[order] for name, column in columns.items()}
         return columns
-
-
-class DataFile(Snapshot):
-    """The spheres of a data file of atom_style sphere."""
-
-    def __str__(self):
-        return str(self.path)
-
-    def read(self):
-        """{name: (N,) array} in the order of the IDs."""
-        body = specimen.read_data(self.path)
-        return dict(zip(self.names, (body.ids, body.types, *body.x.T, body.radius)))
 
 
 def _snapshots(path, content):
@@ -111,7 +102,7 @@ def index(paths, unfinished=False):
                 raise ValueError(f"{path} is empty: no snapshot has been written")
             if b"\0" not in begin and _ATOMS.search(begin):
                 count = len(specimen.read_data(path).ids)
-                found.append(DataFile(pathlib.Path(path), None, None, None, count, ("id", "type", "x", "y", "z", "radius"), 0, 0))
+                found.append(Snapshot(pathlib.Path(path), None, None, None, count, ("id", "type", "x", "y", "z", "radius"), 0, 0))
                 continue
             if b"\0" in begin or not begin.startswith(b"ITEM:"):
                 raise ValueError(f"{path} is no text dump of LAMMPS: its first line is not 'ITEM: ...'")

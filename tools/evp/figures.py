@@ -143,11 +143,11 @@ def unloading(curves, path, load=TENSION, turns=None):
     with plt.rc_context(LOOK):
         figure, axis = plt.subplots(figsize=(6.4, 4.2))
         for k, (label, curve) in enumerate(curves.items()):
-            percent, stress = 100 * curve.strain, 1e-6 * curve.virial
+            percent, stress, style = 100 * curve.strain, 1e-6 * curve.virial, line_style(k)
             left = residual_strain(curve.strain, curve.virial, turns and turns[label])
             name = f"{label}: {residual_text(left)}"
-            axis.plot(percent, stress, label=name, **line_style(k))
-            axis.plot([100 * left], [0.0], "o", color=_COLORS[k], markeredgecolor="#333333", markeredgewidth=0.5, markersize=6, zorder=3)
+            axis.plot(percent, stress, label=name, **style)
+            axis.plot([100 * left], [0.0], "o", color=style["color"], markeredgecolor="#333333", markeredgewidth=0.5, markersize=6, zorder=3)
             rows += [(name, f"{a:.6g}", f"{b:.6g}") for a, b in zip(percent, stress)]
         axis.axhline(0, color="#333333", linewidth=0.8)
         axis.set(xlabel=f"{load.strain} [%]", ylabel=textwrap.fill(f"{load.stress} [MPa]", 36))

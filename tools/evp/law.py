@@ -8,14 +8,8 @@ src/core/law.h, so that a test which compares the two means something.
 Distances d and deq may have any shapes that broadcast; units are those of the caller (the decks use
 SI: m, J, N). A positive force repels. The fields of a Row may be arrays too, one entry per pair.
 
-Plasticity of pairs (`plasticity isotropic`): two values per pair, q [length] and k.
-q is the plastic part of a pair's distance, k = sum |dq|/deq its accumulated plastic strain; eps = (d - q)/deq - 1 is the
-elastic strain. It never leaves the limit y(k), what is beyond becomes flow (the return map, exact for any increment):
-
-    r = m2 n2 e2/(m1 n1 e1),   h = r/(1 - r),   y(k) = xi_s + h K(k),   K(k) = k, or k_s (1 - exp(-k/k_s))   k_s: `saturation`
-    F = F_I(d - q),   Psi = Phi_I(d - q) - Phi_I(deq),   D = integral of |F_I((1 +- y(k)) deq)| deq dk
-
-Saturation 0 is linear hardening.
+Plasticity of pairs (`plasticity isotropic`), as in doc/pair_evp_lj.rst: two values per pair, q [length], the plastic part of its
+distance, and k, its accumulated plastic strain. The return map is exact for any increment. Saturation 0 is linear hardening.
 """
 
 from typing import NamedTuple
@@ -76,40 +70,13 @@ def potential_force(d, deq, e, m, n):
     return m * n * e / ((m - n) * deq) * np.exp((n + 1) * log_s) * np.expm1((m - n) * log_s)
 
 
-def strain(d, deq):
-    """xi = |d - deq|/deq of eq. 8."""
-    return np.abs(np.asarray(d, dtype=float) - deq) / deq
-
-
-def regime(d, deq, row):
-    """1 or 2, the regime of eq. 8 in force at d (int array)."""
-    return np.where(strain(d, deq) <= row.xi_s, 1, 2)
-
-
-def threshold(d, deq, row):
-    """ds of eq. 8 on the side where d lies [length]."""
-    return np.where(np.asarray(d) >= deq, 1 + row.xi_s, 1 - row.xi_s) * deq
-
-
-def by_regime(d, deq, row, first, second):
-    """first(d) in regime I, second(d, ds) in regime II; each is evaluated where it holds."""
-    d, deq = np.broadcast_arrays(np.asarray(d, dtype=float), np.asarray(deq, dtype=float))
-    is_first = regime(d, deq, row) == 1
-    ds = threshold(d, deq, row)
-    value_first = first(np.where(is_first, d, deq))
-    return np.where(is_first, value_first, second(np.where(is_first, ds, d), ds))
-
-
 def force(d, deq, row):
     """Force of eq. 8 [energy/length], positive when repulsive; no cut-off is applied here."""
-
-    def first(x):
-        return potential_force(x, deq, row.e1, row.m1, row.n1)
-
-    def second(x, ds):
-        return potential_force(x - ds + deq, deq, row.e2, row.m2, row.n2) + first(ds)
-
-    return by_regime(d, deq, row, first, second)
+    d, deq = np.broadcast_arrays(np.asarray(d, dtype=float), np.asarray(deq, dtype=float))
+    is_first = np.abs(d - deq) / deq <= row.xi_s
+    ds = np.where(d >= deq, 1 + row.xi_s, 1 - row.xi_s) * deq
+    first = potential_force(np.where(is_first, d, ds), deq, row.e1, row.m1, row.n1)
+    return np.where(is_first, first, potential_force(np.where(is_first, ds, d) - ds + deq, deq, row.e2, row.m2, row.n2) + first)
 
 
 def hardening(row):

@@ -1,15 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What a strain rate adds to the stress: viscous share, inertial share, and what theory expects.
-
-Needed are two runs of in.traction at the same rate: the damped one and its twin, the same with
-gamma = 0, which has the same inertia. At a strain,
-
-  viscous     stress of the damped run less that of the twin, both through the cross-sections
-  inertial    root mean square of (grips' stress - cross-sections' stress) of the damped run: what the grips pull more accelerates the material between them
-  resolution  the same of the twin. Nothing damps its vibration, which the difference contains
-
-Beyond the elastic part the two runs lose and make other pairs: that difference counts as viscous
-and is in no number here.
+"""What a strain rate adds to the stress: "Shares of a rate" in doc/Howto_evp.rst, which says what the shares are and what theory expects.
 
 stress_grip is half of the pull at both ends, so that masses which swing to one end as a whole are
 not seen. A symmetric pull hardly makes any.
@@ -35,18 +25,6 @@ class Shares(NamedTuple):
     viscous: float
     inertial: float
     resolution: float
-
-    def percent(self, part):
-        """A part [Pa] in per cent of the stress."""
-        return 100.0 * part / self.stress
-
-
-class Expected(NamedTuple):
-    """Closed forms for one specimen and rate: tau [s]; viscous and inertial stress [Pa]."""
-
-    tau: float
-    viscous: float  # E tau rate, in the elastic part of the curve
-    inertial: float  # rho c L rate, the scale of it
 
 
 def imbalance(curve, at):
@@ -131,19 +109,15 @@ def run_row(text, specimen, volume):
 def relaxation_time(lengths, row):
     """tau = gamma <l^2>/(m1 n1 e1) [time] of bonds with these lengths (B,), l = deq; row: law.Row.
 
-    At a strain eps and a strain rate D that all share, a bond along u gives l F uu to the virial, its spring with F = K l (u.eps.u), its dashpot with
-    F = gamma l (u.D.u). K = m1 n1 e1/l^2, so l cancels for the springs and stays as l^2 for the dashpots: the plain mean of the squares, if lengths do
-    not go with directions. Bonds that do not share the strain count by their part of the elastic energy instead, 2 % less on tests/data/reference_500.
+    For bonds that share the strain. Others count by their part of the elastic energy instead, 2 % less on tests/data/reference_500.
     """
     return float(row.gamma * np.mean(np.square(lengths)) / (row.m1 * row.n1 * row.e1))
 
 
 def expected(specimen, row, density, rate, modulus, length=0.05):
-    """Expected of a Specimen (SI) in a body of this length [m], at a rate [1/s].
+    """(tau [s], E tau rate, rho c L rate [Pa]), the closed forms for a Specimen (SI) in a body of this length [m], at a rate [1/s].
 
-    row, density: as the run set them (run_row); modulus: E [Pa], of the twin. rho c L rate: a grip that starts at V against a bar at rest sends rho c V,
-    with V of the order L rate, rho the density and c = sqrt(E/rho). in.traction starts with the velocities of uniform stretching, which leave the lateral
-    motion only: expect a few per cent of it. ValueError for a rate, gamma or specimen of which nothing can be said.
+    row, density: as the run set them (run_row); modulus: E [Pa], of the twin. ValueError for a rate, gamma or specimen of which nothing can be said.
     """
     if not 0.0 < rate < np.inf:
         raise ValueError(f"--rate must be positive, got {rate:g}")
@@ -153,4 +127,4 @@ def expected(specimen, row, density, rate, modulus, length=0.05):
     if len(lengths) == 0:
         raise ValueError(f"the specimen has no pairs within alpha = {row.alpha:g}")
     tau = relaxation_time(lengths, row)
-    return Expected(tau, modulus * tau * rate, float(np.sqrt(modulus * density)) * length * rate)
+    return tau, modulus * tau * rate, float(np.sqrt(modulus * density)) * length * rate

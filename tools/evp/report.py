@@ -96,12 +96,6 @@ def print_table(titles, rows, digits=5):
         print(first.ljust(widths[0]), *(text.rjust(width) for text, width in zip(others, widths[1:])), sep="  ")
 
 
-def table(header, rows):
-    """Lines of a Markdown table."""
-    lines = ["| " + " | ".join(map(str, cells)) + " |" for cells in (header, *rows)]
-    return [lines[0], "|" + "---|" * len(header), *lines[1:]]
-
-
 def write_csv(path, header, rows):
     """A CSV file; rows: sequences, or dicts by the header, whose missing values stay empty."""
     with open(path, "w", newline="", encoding="utf-8") as target:

@@ -50,14 +50,10 @@ class Job:
         return pathlib.Path(self.folder) / (self.name + ".log")
 
     def start(self):
-        """Start the process; RunError if lmp or mpirun is not there."""
+        """Start the process; RunError if lmp or mpirun is not there, OSError if it is no program."""
         command = deck_command(DECKS / self.deck, self.variables, self.ranks)
         with open(self.log, "w", encoding="utf-8") as log:
-            try:
-                self.process = subprocess.Popen(command, cwd=self.folder, env=environment(), stdin=subprocess.DEVNULL,
-                                                stdout=log, stderr=subprocess.STDOUT)
-            except OSError as error:
-                raise RunError(f"{self.name}: cannot start {command[0]}: {error}") from error
+            self.process = subprocess.Popen(command, cwd=self.folder, env=environment(), stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT)
 
     def check(self):
         """Failed with LAMMPS' own words if the ended process failed, RunError if it had not even started."""
@@ -71,8 +67,6 @@ class Job:
 
     def end(self):
         """End the process if it runs: it is asked to, and killed where it does not."""
-        if self.process is None or self.process.poll() is not None:
-            return
         self.process.terminate()
         try:
             self.process.wait(5.0)
@@ -126,14 +120,6 @@ def ended(command, folder):
                           stderr=subprocess.STDOUT, encoding="utf-8", errors="replace", check=False)
 
 
-def output_of(command, folder, what):
-    """What a command printed; RunError with the end of it where it failed."""
-    run = ended(command, folder)
-    if run.returncode:
-        raise RunError(f"{what} failed (exit {run.returncode}); its output ends with\n{run.stdout[-1500:]}")
-    return run.stdout
-
-
 def start_failure(text, code, ranks):
     """What mpirun, or the loader of one rank, said where LAMMPS did not begin: another try would end as this one did. Empty where it began.
 
@@ -160,11 +146,7 @@ def lammps_error(text):
 def last_strain(path):
     """Strain in the last whole line of a growing PREFIX.csv; 0.0 before there is one."""
     try:
-        with open(path, "rb") as source:
-            source.seek(0, os.SEEK_END)
-            source.seek(max(0, source.tell() - 400))
-            lines = source.read().split(b"\n")[:-1]
-        return float(lines[-1].split(b",")[0])
+        return float(pathlib.Path(path).read_bytes().split(b"\n")[-2].split(b",")[0])
     except (OSError, IndexError, ValueError):
         return 0.0
 

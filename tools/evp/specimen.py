@@ -9,8 +9,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-TOUCHING = 1.001  # pairs within this times R_i + R_j count as touching: packings are jammed to 5e-4
-
 
 class Specimen(NamedTuple):
     """Spheres sorted by ID: ids, types (N,) int; radius, mass (N,); x (N,3); box (3,2) bounds."""

@@ -99,12 +99,6 @@ def _reason(error, lmp):
             f"-DPKG_GRAPHICS=on on the build folder of LAMMPS and build it again, or set EVP_LMP to an lmp that has it. LAMMPS says: {error}")
 
 
-def check():
-    """RunError where this LAMMPS draws no spheres: before runs whose pictures are wanted."""
-    view = cameras([extents(np.zeros((1, 3)), np.ones(1), *VIEWS["iso"])], [VIEWS["iso"]], 100)
-    draw(np.zeros((1, 3)), np.ones(1), np.zeros(1), np.full((SHADES, 3), 0.5), view)
-
-
 def _draw(x, radius, value, colors, camera):
     """The picture of spheres that are all in front of LAMMPS' camera."""
     corner = np.array([(x - radius[:, None]).min(axis=0), (x + radius[:, None]).max(axis=0)])

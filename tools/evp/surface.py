@@ -79,10 +79,14 @@ def closed_surface(mesh, name):
 
 
 class Surface:
-    """corners (V,3) and triangles (T,3) of a closed surface whose normals point outwards. Units are the caller's."""
+    """corners (V,3) and triangles (T,3) of a closed surface whose normals point outwards. Units are the caller's.
+
+    low (3,): the least x, y and z; extents (3,): the longest way along each.
+    """
 
     def __init__(self, corners, triangles):
         self.corners, self.triangles = corners, triangles
+        self.low, self.extents = corners.min(axis=0), np.ptp(corners, axis=0)
         normals = np.cross(self._edge(0), self._edge(1))
         self.areas = 0.5 * np.linalg.norm(normals, axis=1)
         self.normals = normals / np.maximum(2.0 * self.areas, 1e-300)[:, None]
@@ -97,15 +101,6 @@ class Surface:
         corners = self.corners[:, AXES[axis]] * metre
         low, high = corners.min(axis=0), corners.max(axis=0)
         return Surface(corners - [low[0], 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2])], self.triangles)
-
-    @property
-    def low(self):
-        return self.corners.min(axis=0)
-
-    @property
-    def extents(self):
-        """(3,) longest way along x, y and z."""
-        return np.ptp(self.corners, axis=0)
 
     def volume(self):
         """Positive where the normals point outwards. From a corner of its own, for the digits."""
