@@ -26,14 +26,6 @@ struct PairListBuilder::View {
 
 PairListBuilder::Found PairListBuilder::build(const Input &input, PairLists &lists)
 {
-  return input.within == BodyRule::ALL ? pack_rows<false>(input, lists)
-                                       : pack_rows<true>(input, lists);
-}
-
-// Divided: there are pairs of two bodies
-template <bool Divided>
-PairListBuilder::Found PairListBuilder::pack_rows(const Input &input, PairLists &lists)
-{
   std::swap(last, now);
   now.size = 0;
   last.rows.resize(atom->nlocal, {0, 0});
@@ -62,7 +54,7 @@ PairListBuilder::Found PairListBuilder::pack_rows(const Input &input, PairLists 
     if (!lists.bonds.make_room(view.numneigh[i]) || !lists.contacts.make_room(view.numneigh[i]))
       error->one(FLERR, "Pair evp/lj: more than {} pairs on one MPI rank: use more ranks",
                  PairList::MOST);
-    pack_row<Divided>(input, view, i, lists, found);
+    pack_row(input, view, i, lists, found);
   }
   return found;
 }
@@ -94,7 +86,6 @@ namespace {
 
 }    // namespace
 
-template <bool Divided>
 EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, int i,
                                           PairLists &lists, Found &found)
 {
@@ -111,6 +102,7 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
   const int first_law = input.coefficients->index(view.type[i], 0);
   const PairLaw *const laws = &input.coefficients->law(0);
   const PairHistory *const histories = input.bonds ? input.bonds->histories_of(i) : nullptr;
+  const bool may_divide = input.within != BodyRule::ALL;
   const bool with_contacts = rules.contact != Contact::NONE;
   const double margin_between_bodies = rules.contact_margin(true, input.any_damping);
   const int implicit_bit = input.implicit_groupbit;
@@ -145,7 +137,7 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
       bonds.add(span.deq, lists.bonds.cutoff_squared(span.cutoff), j, law, record);
       found.bond_sides += j < lists.nreact ? 2 : 1;
     } else {
-      const bool divided = Divided && !broken && in_different_bodies(atom, input.within, i, j);
+      const bool divided = may_divide && !broken && in_different_bodies(atom, input.within, i, j);
       if (divided) law = input.coefficients->between_bodies(law);
       span = broken ? rules.of_broken(sum_radii, records[record].deq)
                     : rules.of_contact(sum_radii, dlim, divided);

@@ -66,8 +66,7 @@ class PairListBuilder : protected Pointers {
   } last, now;
 
   struct View;
-  template <bool Divided> Found pack_rows(const Input &, PairLists &);
-  template <bool Divided> void pack_row(const Input &, const View &, int i, PairLists &, Found &);
+  void pack_row(const Input &, const View &, int i, PairLists &, Found &);
   static void add_row(const Input &, const View &, int i, PairList &, int n);
   void count_overlap(int i, int j, double dsq, double deq, const PairLaw &, Overlaps &) const;
 };
