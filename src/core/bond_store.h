@@ -106,14 +106,18 @@ class BondStore {
     return false;
   }
 
-  /// Records of the first atoms whose bonds have broken; both atoms of a bond have one.
-  int64_t count_broken(int natoms) const
+  /// Records of the first atoms whose bonds have not broken; both atoms of a bond have one.
+  int64_t count_unbroken(int natoms) const
   {
     int64_t count = 0;
-    for (int i = 0; with_history && i < natoms; i++)
-      for (const PairHistory &history : histories[i]) count += history.broken != 0.0;
+    for (int i = 0; i < natoms; i++) {
+      count += (int64_t) bonds[i].size();
+      for (size_t k = 0; with_history && k < bonds[i].size(); k++) count -= is_broken(i, (int) k);
+    }
     return count;
   }
+
+  bool is_broken(int i, int slot) const { return with_history && histories[i][slot].broken != 0.0; }
 
   /// Takes the records of the local atoms, which may be in any order, all or none.
   template <class Tag>

@@ -310,8 +310,8 @@ inline double rank_share(int j, int nreact)
 /// All pairs of one MPI rank, rebuilt with the neighbor list.
 struct PairLists {
   PairList bonds{true}, contacts{false};
-  /// Pairs without a bond that the volume energy counts too, whose deq is their dlim: with a broken bond, and never recorded.
-  PairList parted{true}, fresh{false};
+  /// Pairs without a bond, or with a broken one, that the volume energy counts too; their deq is their dlim.
+  PairList fresh{false};
   long build = 0;           ///< counts the packings: indices of pairs hold as long as it does
   long common_build = 0;    ///< counts those that were collective
   int nlocal = 0;           ///< particles that the lists were built for: own,
@@ -322,8 +322,7 @@ struct PairLists {
 
   double memory_usage() const
   {
-    return bonds.memory_usage() + contacts.memory_usage() + parted.memory_usage() +
-        fresh.memory_usage();
+    return bonds.memory_usage() + contacts.memory_usage() + fresh.memory_usage();
   }
 };
 

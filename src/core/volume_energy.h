@@ -29,10 +29,11 @@ struct NeighborDensity {
 /// What of a particle is known at rest, by its bonds.
 struct VolumeReference {
   NeighborDensity own;
-  double gap;    ///< by how much its density is below the mean of the interior, else 0
+  double gap;     ///< by how much its density is below the mean of the interior, else 0
+  double torn;    ///< 1 once bonds have broken here: then new pairs only push; else 0
 };
 
-/// Density of a particle now, by its bonds and by pairs that were not recorded.
+/// Density of a particle now, by its bonds and by pairs without one.
 struct DensityNow {
   double bonded, fresh;
   double total() const { return bonded + fresh; }
@@ -59,6 +60,9 @@ struct VolumeState {
 ///     u = 1/2 [bonded - rho0]^2 + 1/2 [rho - rho0 - gap]^2 - 1/2 [bonded - rho0 - gap]^2
 ///
 /// which is theta^2/2 without a gap, and where no pair is fresh; its derivatives never jump.
+///
+/// Torn: theta is that of the bonds alone, and the two terms with the gap are added whatever its sign, so that surfaces
+/// of a crack never pull on each other.
 class VolumeLaw {
  public:
   static constexpr double NEVER = std::numeric_limits<double>::infinity();
@@ -69,30 +73,52 @@ class VolumeLaw {
     const double slope = reference.own.slope;
     if (!(slope > 0.0)) return {};
     const double per_slope = 1.0 / slope;
-    const double theta = (reference.own.rho - now.total()) * per_slope, scale = kv * per_slope;
+    const bool torn = reference.torn != 0.0;
+    const double theta = strain(reference, now), scale = kv * per_slope;
     VolumeState state = {
         0.5 * kv * theta * theta, scale * theta, scale * theta, {0.0, scale * per_slope}, theta};
     if (theta > cavitation) {
       const double left = std::max(0.0, 2.0 * cavitation - theta);
       state.energy = kv * (cavitation * cavitation - 0.5 * left * left);
       state.bonded = state.fresh = scale * left;
-    } else if (theta < 0.0) {
-      const double own = std::max(0.0, (now.bonded - reference.own.rho) * per_slope);
-      const double gap = reference.gap * per_slope;
-      const double beyond = std::max(0.0, -theta - gap), counted = std::max(0.0, own - gap);
-      state.energy = 0.5 * kv * (own * own + beyond * beyond - counted * counted);
-      state.bonded = -scale * (own + beyond - counted);
+    }
+    if (theta < 0.0 || torn) {
+      const double compressed = (now.bonded - reference.own.rho) * per_slope;
+      const double own = std::max(0.0, compressed), gap = reference.gap * per_slope;
+      const double total = torn ? compressed + now.fresh * per_slope : -theta;
+      const double beyond = std::max(0.0, total - gap), counted = std::max(0.0, own - gap);
+      const double expanded = theta > 0.0 ? state.energy : 0.0,
+                   pull = theta > 0.0 ? state.bonded : 0.0;
+      state.energy = expanded + 0.5 * kv * (own * own + beyond * beyond - counted * counted);
+      state.bonded = pull - scale * (own + beyond - counted);
       state.fresh = -scale * beyond;
-      if (gap > 0.0)
+      if (gap > 0.0 || torn)
         state.stiffness = {counted > 0.0 ? 0.0 : scale * per_slope,
                            beyond > 0.0 ? scale * per_slope : 0.0};
     }
     return state;
   }
+
+  /// The reference after bonds have broken that have this share of the density now. They count as new pairs from then on.
+  /// The volume strain stays, and new pairs push from the same density on as before: the energy does not jump.
+  static VolumeReference without(const VolumeReference &before, const DensityNow &now, double share)
+  {
+    const double slope = before.own.slope, theta = strain(before, now);
+    const double bonded = (before.own.rho - now.bonded) / slope;
+    const double rho = now.bonded - share + (theta > 0.0 ? theta : std::min(0.0, bonded)) * slope;
+    return {{rho, slope}, before.gap + (before.own.rho - rho), 1.0};
+  }
+
+ private:
+  static double strain(const VolumeReference &reference, const DensityNow &now)
+  {
+    const double rho = reference.torn != 0.0 ? now.bonded : now.total();
+    return (reference.own.rho - rho) * (1.0 / reference.own.slope);
+  }
 };
 
 /// What goes over pairs twice: for the densities, then for the forces. Between them the owners of the particles make their
-/// pulls, -dU/drho, of the densities. Both have WIDTH values per particle, of bonds and broken ones, and of fresh pairs.
+/// pulls, -dU/drho, of the densities. Both have WIDTH values per particle, of bonds, and of fresh pairs.
 struct VolumePasses {
   static constexpr int WIDTH = 2;
 

@@ -50,17 +50,13 @@ namespace {
 
 }    // namespace
 
-AtomDirectory::Entry AtomDirectory::Entry::of(const Atom *atom, int i)
-{
-  return {atom->type[i], atom->mask[i], atom->molecule ? atom->molecule[i] : 0, atom->radius[i]};
-}
-
 AtomDirectory::AtomDirectory(LAMMPS *lmp, const std::vector<tagint> &ids)
 {
   const Atom *atom = lmp->atom;
   const int me = lmp->comm->me;
   std::vector<Message> messages;
-  for (int i = 0; i < atom->nlocal; i++) messages.push_back({atom->tag[i], me, Entry::of(atom, i)});
+  for (int i = 0; i < atom->nlocal; i++)
+    messages.push_back({atom->tag[i], me, {atom->type[i], atom->radius[i]}});
   for (const tagint id : ids)
     if (entries.insert({id, {}}).second) messages.push_back({id, me, {}});
 

@@ -15,11 +15,7 @@ class AtomDirectory {
  public:
   struct Entry {
     int type;    ///< 0: there is no such atom
-    int mask;
-    tagint molecule;    ///< 0 where atoms have none
     double radius;
-
-    static Entry of(const Atom *, int i);
   };
   tagint twice = 0;    ///< an ID that two atoms have; the same on all ranks
   std::unordered_map<tagint, Entry> entries;    ///< of the IDs asked for

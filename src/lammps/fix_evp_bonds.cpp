@@ -129,13 +129,7 @@ void FixEVPBonds::end_of_step()
                "'break none', or dumps of the values in the run itself",
                who);
   stepping = false;
-  commit(false);
-}
-
-void FixEVPBonds::commit(bool at_rest)
-{
-  pair_data->histories.commit(at_rest, pair_data->wanted_work());
-  settle_missing();
+  pair_data->commit(*bonds, false);
 }
 
 // collective; without any force cg finds no direction that is downhill
@@ -154,7 +148,7 @@ void FixEVPBonds::post_run()
   stepping = false;
   if (update->whichflag == 2) {
     if (is_at_rest(update->minimize, update->ftol))
-      commit(true);
+      pair_data->commit(*bonds, true);
     else
       warn_of_stop(update->minimize->stopstr);
   }

@@ -89,7 +89,6 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
 
   void record();
   void measure();
-  void commit(bool at_rest);
   void warn_of_stop(const char *);
   void check_history() const;
   double count_broken();

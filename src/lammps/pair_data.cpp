@@ -94,11 +94,6 @@ PairData::AnyPair PairData::pair_between(int i, int j, int itype, int jtype) con
     error->one(FLERR,
                "Pair evp/lj has not seen the current neighbor list yet: use 'run 0' before the "
                "forces of single pairs are asked for; pair_write has no pair with a deq");
-  bool recorded = false;
-  if (const BondStore *store = bonds())
-    for (const auto &[own, other] : {std::pair(i, j), std::pair(j, i)})
-      recorded = recorded || (own < atom->nlocal && store->find(own, atom->tag[other]));
-
   if (rows_build != lists.build) {
     rows_build = lists.build;
     rows_of_atoms.assign(lists.nlocal, {});
@@ -110,13 +105,13 @@ PairData::AnyPair PairData::pair_between(int i, int j, int itype, int jtype) con
     for (const auto &[list, row] : rows_of_atoms[own])
       for (int k = row.first; k < row.last; k++)
         if (atom->tag[list->j[k]] == atom->tag[other])
-          return {(*list)[k], list->history_of(k).work, recorded};
+          return {(*list)[k], list->history_of(k).work};
   }
   PackedPair none{};    // at rest where the spheres touch
   none.inv_deq = 1.0 / (atom->radius[i] + atom->radius[j]);
   none.cutsq = -1.0;
   none.law = coefficients.index(itype, jtype);
-  return {none, 0.0, recorded};
+  return {none, 0.0};
 }
 
 bool PairData::is_packed() const
@@ -286,13 +281,13 @@ bool PairData::pack(const NeighList *neighbors)
   if (is_first && bonds()) types.check(lists.bonds, volume());
   snapshot.finish();
   if (!bonds()) volume_.reset();    // the bonds have gone since the last set-up
+  const bigint without_pair = agree_on_pairs(found, same_list);
+  if (bonds_missing && !same_list) find_missing(without_pair);
   if (volume()) volume()->pack(neighbors, lists, *bonds(), coefficients);
-  agree_on_pairs(found, same_list);
-  if (bonds_missing && !same_list) histories.find_missing(*bonds());
   missing_due = bonds_missing;
   missing_energy = 0.0;
   if (bonds_missing && is_incremental() && rules.plastic) {
-    const auto missing = histories.settle_missing(*bonds(), nullptr);
+    const auto missing = histories.settle_missing(*bonds(), nullptr, nullptr);
     missing_energy = missing.held + missing.dissipated;
   }
 
@@ -305,19 +300,41 @@ bool PairData::pack(const NeighList *neighbors)
   return is_first;
 }
 
-// Collective. All MPI ranks agree on what any of them has found in its pairs; warns of overlaps, and again when there are twice as many
-void PairData::agree_on_pairs(const PairListBuilder::Found &found, bool same_list)
+// Collective. LAMMPS takes excluded pairs for such that never act: their bonds would be forgotten where they are
+void PairData::find_missing(bigint records_without_pair)
 {
-  const bool asks = bonds() && (rules.has_history() || work);
-  const bigint sides = asks ? found.bond_sides + bonds()->count_broken(atom->nlocal) : 0;
+  const bigint explained = reduce_all((bigint) histories.find_missing(*bonds()), MPI_SUM, world);
+  if (explained < records_without_pair && neighbor->ago == 0)
+    error->all(FLERR,
+               "Pair evp/lj: {} bonds are kept out of the neighbor list by neigh_modify exclude or "
+               "include, or by a special_bonds weight of 0, set after they were recorded: undo it, "
+               "or use it before fix evp/bonds records, so that these pairs are no bonds",
+               (records_without_pair - explained + 1) / 2);
+}
+
+void PairData::commit(BondStore &records, bool at_rest)
+{
+  VolumeForces *const to_tell = rules.breaks() ? volume() : nullptr;
+  if (to_tell && at_rest) to_tell->evaluate(lists);
+  histories.commit(at_rest, wanted_work(), to_tell);
+  settle_missing(records, true);
+  if (to_tell) to_tell->settle(lists);
+}
+
+// Collective. All MPI ranks agree on what any of them has found in its pairs; warns of overlaps, and again when there are
+// twice as many. Returns how many records of bonds have no pair in the list, of those of both atoms.
+bigint PairData::agree_on_pairs(const PairListBuilder::Found &found, bool same_list)
+{
+  const bool asks = bonds() && (rules.has_history() || work || volume());
+  const bigint without = asks ? bonds()->count_unbroken(atom->nlocal) - found.bond_sides : 0;
   const auto all =
-      reduce_all(std::array{(bigint) found.damped, found.overlaps.count, sides}, MPI_SUM, world);
+      reduce_all(std::array{(bigint) found.damped, found.overlaps.count, without}, MPI_SUM, world);
   explicit_damping = all[0] > 0;
   if (!same_list) {    // else the same bonds are missing
-    bonds_missing = asks && all[2] < 2 * bonds()->count();
+    bonds_missing = all[2] > 0;
     if (work) work->forget_missing();
   }
-  if (all[1] <= 2 * overlaps_told) return;
+  if (all[1] <= 2 * overlaps_told) return all[2];
   overlaps_told = all[1];
 
   PairListBuilder::Overlaps overlaps = found.overlaps;
@@ -330,6 +347,7 @@ void PairData::agree_on_pairs(const PairListBuilder::Found &found, bool same_lis
                    "the law has no hard core, so check timestep, speed and load",
                    all[1], rules.overlap, overlaps.id_i, overlaps.id_j, overlaps.d, overlaps.deq,
                    overlaps.regime == 1 ? "first" : "second", update->ntimestep, update->dt);
+  return all[2];
 }
 
 }    // namespace EVP

@@ -184,7 +184,6 @@ class PairData : protected Pointers {
   struct AnyPair {
     PackedPair pair;
     double work;
-    bool recorded;
   };
   AnyPair pair_between(int i, int j, int itype, int jtype) const;
 
@@ -240,13 +239,16 @@ class PairData : protected Pointers {
   BondSource source;
   PairHistories histories;
 
+  /// Collective, at the end of a step and when a minimization is at rest: see PairHistories.
+  void commit(BondStore &records, bool at_rest);
+
   /// For each packing that lacks bonds. moves: they flow or break, once; else only the balance is told what they hold, as at
   /// set-up.
   void settle_missing(BondStore &records, bool moves)
   {
     if (!missing_due) return;
-    const auto found =
-        histories.settle_missing(records, moves && records.has_history() ? &records : nullptr);
+    const auto found = histories.settle_missing(
+        records, moves && records.has_history() ? &records : nullptr, volume());
     if (work) {
       work->forget_missing();
       work->take_missing(found.held, found.dissipated, rules.breaks() && moves);
@@ -310,7 +312,8 @@ class PairData : protected Pointers {
   void report();
   bool pack(const NeighList *);
   void end_broken_run();
-  void agree_on_pairs(const PairListBuilder::Found &, bool same_list);
+  bigint agree_on_pairs(const PairListBuilder::Found &, bool same_list);
+  void find_missing(bigint records_without_pair);
 };
 
 }    // namespace EVP

@@ -307,7 +307,7 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
                          double factor_lj, double &fforce)
 {
   fforce = 0.0;
-  const auto [pair, work, recorded] = pair_data.pair_between(i, j, itype, jtype);
+  const auto [pair, work] = pair_data.pair_between(i, j, itype, jtype);
   const PairLaw &law = pair_data.law_of(pair);
   const double d = std::sqrt(rsq), deq = 1.0 / pair.inv_deq;
   const PairState now = law.state(d * pair.inv_deq, pair);
@@ -319,7 +319,7 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   svector[4] = work;
 
   if (pair_data.volume() && factor_lj != 0.0)
-    fforce = pair_data.volume()->force(i, j, d, law.row.alpha, recorded) / d;
+    fforce = pair_data.volume()->force(i, j, d, law.row.alpha, pair.is_bond) / d;
   if (!acts) return 0.0;
   fforce += now.force / d;
   if (pair_data.damping_acts() && (comm->ghost_velocity || velocities_sent)) {

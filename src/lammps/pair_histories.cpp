@@ -3,10 +3,10 @@
 #include "pair_histories.h"
 
 #include "collective.h"
+#include "pair_list_builder.h"
 #include "scene.h"
 
 #include "comm.h"
-#include "group.h"
 #include "irregular.h"
 #include "neighbor.h"
 
@@ -15,7 +15,7 @@
 
 namespace EVP {
 
-void PairHistories::commit(bool at_rest, PairWork *work)
+void PairHistories::commit(bool at_rest, PairWork *work, VolumeForces *volume)
 {
   due = true;
   if (at_rest) {
@@ -24,7 +24,7 @@ void PairHistories::commit(bool at_rest, PairWork *work)
   }
   for (PairList *list : {&lists.bonds, &lists.contacts}) list->commit();
   if (past.empty()) return;
-  break_bonds(past, work);
+  break_bonds(past, work, volume);
   past.clear();
 }
 
@@ -50,7 +50,8 @@ void PairHistories::find_next(PairList &list)
   });
 }
 
-void PairHistories::break_bonds(const std::vector<int> &broken, PairWork *work)
+void PairHistories::break_bonds(const std::vector<int> &broken, PairWork *work,
+                                VolumeForces *volume)
 {
   PairList &contacts = lists.contacts;
   for (const int k : broken) {
@@ -61,13 +62,11 @@ void PairHistories::break_bonds(const std::vector<int> &broken, PairWork *work)
     if (work)
       work->add_broken(rank_share(bond.j, lists.nreact) *
                        coefficients.law(bond.law).state(ratio, bond).stored.total());
-
-    if (!lists.bonds.inv_dlim.empty() && lists.parted.make_room(1)) {
-      lists.parted.set(lists.parted.size(), bond.j, 1.0 / lists.bonds.inv_dlim[k]);
-      lists.parted.add_row(i, 1);
-    }
+    if (volume)
+      volume->pair_leaves(lists, i, bond.j, 1.0 / bond.inv_deq, 1.0 / lists.bonds.inv_dlim[k]);
     const Span left = rules.of_broken(atom->radius[i] + atom->radius[bond.j], 1.0 / bond.inv_deq);
-    if (left.cutoff == 0.0 || !contacts.make_room(1)) continue;
+    if (left.cutoff == 0.0) continue;
+    demand_room(contacts, 1, error);
     // its cutoff is its deq
     contacts.set(contacts.size(), bond.j, left.deq, bond.law, bond.record);
     contacts.add_row(i, 1);
@@ -144,35 +143,10 @@ void PairHistories::send_to_owners(BondStore &records, PerAtomComm &exchange)
   for (const HistoryOfPair &m : deferred) records.take(m);
 }
 
-// Does neigh_modify exclude or include, or a special_bonds weight of 0, keep an own atom and its partner off the neighbor list?
-bool PairHistories::is_left_out(int i, tagint id, const AtomDirectory::Entry &partner) const
-{
-  if (neighbor->nex_type && neighbor->ex_type[atom->type[i]][partner.type]) return true;
-  const auto in = [](int mask, int bit) {
-    return (mask & bit) != 0;
-  };
-  const int mask = atom->mask[i];
-  if (neighbor->includegroup && !in(mask & partner.mask, group->bitmask[neighbor->includegroup]))
-    return true;
-  for (int m = 0; m < neighbor->nex_group; m++) {
-    const int a = neighbor->ex1_bit[m], b = neighbor->ex2_bit[m];
-    if ((in(mask, a) && in(partner.mask, b)) || (in(mask, b) && in(partner.mask, a))) return true;
-  }
-  for (int m = 0; m < neighbor->nex_mol; m++)
-    if (in(mask & partner.mask, neighbor->ex_mol_bit[m]) &&
-        (atom->molecule[i] == partner.molecule) == (neighbor->ex_mol_intra[m] != 0))
-      return true;
-  if (!atom->nspecial) return false;
-  const int *const counts = atom->nspecial[i];
-  for (int k = 0; k < counts[2]; k++)
-    if (atom->special[i][k] == id)
-      return force->special_lj[1 + (k >= counts[0]) + (k >= counts[1])] == 0.0;
-  return false;
-}
-
-void PairHistories::find_missing(const BondStore &store)
+int64_t PairHistories::find_missing(const BondStore &store)
 {
   missing.clear();
+  int64_t without_pair = 0;
   const auto *x = scene::rows(atom->x);
   const double *const *cutneighsq = neighbor->cutneighsq;
   std::vector<std::pair<tagint, int>> atoms;    // own and ghosts: of an ID there may be many
@@ -180,9 +154,10 @@ void PairHistories::find_missing(const BondStore &store)
   std::sort(atoms.begin(), atoms.end());
 
   const auto add = [&](int i, int slot, const AtomDirectory::Entry &partner) {
-    const auto id = (tagint) store.of(i)[slot].partner;
-    if (types.handles(atom->type[i], partner.type) && !is_left_out(i, id, partner))
+    if (partner.type != 0 && types.handles(atom->type[i], partner.type))
       missing.push_back({i, slot, partner.type, partner.radius});
+    else
+      without_pair++;
   };
 
   std::vector<std::pair<int, int>> far_away;    // atom, slot: the partner is not even a ghost
@@ -201,18 +176,20 @@ void PairHistories::find_missing(const BondStore &store)
       for (; at != atoms.end() && at->first == partner; ++at)
         is_near = is_near ||
             PairGeometry(x, i, at->second).dsq <= cutneighsq[atom->type[i]][atom->type[j]];
-      if (!is_near) add(i, slot, AtomDirectory::Entry::of(atom, j));
+      if (!is_near || !types.handles(atom->type[i], atom->type[j]))
+        add(i, slot, {atom->type[j], atom->radius[j]});
     }
 
-  if (!on_any(!partners.empty(), world)) return;
-  const AtomDirectory directory(lmp, partners);
-  for (size_t k = 0; k < partners.size(); k++) {
-    const AtomDirectory::Entry &entry = directory.entries.at(partners[k]);
-    if (entry.type != 0) add(far_away[k].first, far_away[k].second, entry);    // 0: deleted
+  if (on_any(!partners.empty(), world)) {
+    const AtomDirectory directory(lmp, partners);
+    for (size_t k = 0; k < partners.size(); k++)
+      add(far_away[k].first, far_away[k].second, directory.entries.at(partners[k]));
   }
+  return (int64_t) missing.size() + without_pair;
 }
 
-PairHistories::Missing PairHistories::settle_missing(const BondStore &store, BondStore *moved) const
+PairHistories::Missing PairHistories::settle_missing(const BondStore &store, BondStore *moved,
+                                                     VolumeForces *volume) const
 {
   Missing found;
   for (const MissingBond &one : missing) {
@@ -227,6 +204,8 @@ PairHistories::Missing PairHistories::settle_missing(const BondStore &store, Bon
     found.held += 0.5 * at.stored.total();    // a bond of two MPI ranks counts half on each
     found.dissipated += 0.5 * at.dissipated;
     if (!moved) continue;
+    if (rules.breaks() && volume)
+      volume->far_bond_leaves(one.i, bond.deq, law.row.alpha, one.radius);
     const double work = before.work + at.dissipated;
     moved->take(one.i, one.slot,
                 rules.breaks() ? PairHistory{0.0, 0.0, work, 1.0}

@@ -8,6 +8,7 @@
 #include "core/energy_balance.h"
 #include "lammps_names.h"
 #include "pair_types.h"
+#include "volume_forces.h"
 
 #include <vector>
 
@@ -35,8 +36,9 @@ class PairHistories : protected Pointers {
   }
 
   /// At the end of each step and when a minimization is at rest: what the last forces found comes into force. at_rest:
-  /// found anew, as a minimizer may have tried other places last. work: is told of bonds that break, nullptr without.
-  void commit(bool at_rest, PairWork *work);
+  /// found anew, as a minimizer may have tried other places last. work, volume: are told of bonds that break, nullptr
+  /// without.
+  void commit(bool at_rest, PairWork *work, VolumeForces *volume);
 
   /// Would commit() change any, by what the last forces of this MPI rank found?
   bool would_change() const;
@@ -58,8 +60,9 @@ class PairHistories : protected Pointers {
   /// the records.
   void return_to(BondStore &, PerAtomComm &);
 
-  /// Collective, in the packing of a new neighbor list. Which bonds does it not have, as they are past its end?
-  void find_missing(const BondStore &);
+  /// Collective, in the packing of a new neighbor list. Which bonds does it not have, as they are past its end? Returns how
+  /// many records of own atoms these are, with those whose partner is deleted or has another pair style.
+  int64_t find_missing(const BondStore &);
 
   /// What these bonds hold at their cutoffs, and dissipate on the way there [energy].
   struct Missing {
@@ -67,8 +70,8 @@ class PairHistories : protected Pointers {
   };
 
   /// They have flowed up to their cutoffs, or have broken where bonds break, whether or not the list saw them pass.
-  /// moved: the same records, nullptr: they stay as they are.
-  Missing settle_missing(const BondStore &, BondStore *moved) const;
+  /// moved: the same records, nullptr: they stay as they are. volume: as in commit().
+  Missing settle_missing(const BondStore &, BondStore *moved, VolumeForces *volume) const;
 
   double memory_usage() const { return bytes_of(past, newly_broken); }
 
@@ -98,10 +101,9 @@ class PairHistories : protected Pointers {
   bool limit_warned = false;
 
   void find_next(PairList &);
-  void break_bonds(const std::vector<int> &, PairWork *);
+  void break_bonds(const std::vector<int> &, PairWork *, VolumeForces *);
   void send_to_owners(BondStore &, PerAtomComm &);
   void warn_of_limit();
-  bool is_left_out(int i, tagint id, const AtomDirectory::Entry &partner) const;
 };
 
 }    // namespace EVP

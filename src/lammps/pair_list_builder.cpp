@@ -34,7 +34,7 @@ PairListBuilder::Found PairListBuilder::build(const Input &input, PairLists &lis
   lists.bonds.clear(BOND_MARGIN, input.rules.flow_of_bonds());
   lists.contacts.clear(input.rules.contact_margin(false, input.any_damping),
                        input.rules.flow_of_contacts());
-  for (PairList *list : {&lists.parted, &lists.fresh}) list->clear(BOND_MARGIN, Flow::FORGETS);
+  lists.fresh.clear(BOND_MARGIN, Flow::FORGETS);
 
   Found found{};
   View view = {scene::rows(atom->x),
@@ -51,9 +51,8 @@ PairListBuilder::Found PairListBuilder::build(const Input &input, PairLists &lis
   for (int ii = 0; ii < inum; ii++) {
     const int i = ilist[ii];
     if (input.bonds && ii + AHEAD < inum) input.bonds->prefetch(ilist[ii + AHEAD]);
-    if (!lists.bonds.make_room(view.numneigh[i]) || !lists.contacts.make_room(view.numneigh[i]))
-      error->one(FLERR, "Pair evp/lj: more than {} pairs on one MPI rank: use more ranks",
-                 PairList::MOST);
+    for (PairList *list : {&lists.bonds, &lists.contacts})
+      demand_room(*list, view.numneigh[i], error);
     pack_row(input, view, i, lists, found);
   }
   return found;

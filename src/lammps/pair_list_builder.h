@@ -7,9 +7,19 @@
 #include "core/simd.h"
 #include "lammps_names.h"
 
+#include "error.h"
+
 #include <vector>
 
 namespace EVP {
+
+/// Room for n more pairs of a list; stops where there are too many.
+inline void demand_room(PairList &list, size_t n, Error *error)
+{
+  if (!list.make_room(n))
+    error->one(FLERR, "Pair evp/lj: more than {} pairs on one MPI rank: use more ranks",
+               PairList::MOST);
+}
 
 /// Packs the pairs of a neighbor list: from (i, j) to deq of the record, cutoff and law.
 class PairListBuilder : protected Pointers {

@@ -4,9 +4,13 @@
 
 #include "atom_directory.h"
 #include "collective.h"
-#include "user_input.h"
+#include "pair_list_builder.h"
 
 #include "neigh_list.h"
+#include "neighbor.h"
+
+#include <cmath>
+#include <utility>
 
 namespace EVP {
 
@@ -31,13 +35,19 @@ void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, const Bond
 {
   within = store.within;
   zone = store.zone;
+  for (Values &values : leaving) values.clear();
   const double reaches_now = sum_of_reaches(coefficients);
-  if (store.version() != version || reaches_now != reaches) {
-    reaches = reaches_now;
-    // the records may have come with a restart file, or the store may be another of the same bonds
-    if (!on_all(are_of(store), world)) take_records(store, coefficients);
-    version = store.version();
+  const bool is_new = store.version() != version || reaches_now != reaches;
+  reaches = reaches_now;
+  version = store.version();
+  // the records may have come with a restart file, or the store may be another of the same bonds
+  const bool takes = is_new && !on_all(are_of(store), world);
+  if (const bigint now = sum_of_partners(store); std::exchange(partners, now) != now || takes) {
+    const std::vector<NeighborDensity> rest = at_rest(store, coefficients);
+    if (takes) take_records(store, rest);
+    for (int i = 0; i < atom->nlocal; i++) lose_partners(records[i], rest[i]);
   }
+
   has_bonds.assign(VolumePasses::WIDTH * (size_t) lists.nall, 0.0);
   for (int i = 0; i < lists.nlocal; i++)
     has_bonds[VolumePasses::WIDTH * (size_t) i] = has_strain(i);
@@ -55,27 +65,103 @@ void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, const Bond
         lists.bonds.inv_dlim[k] = 1.0 / dlim(coefficients, i, j, true);
       }
     if (!has_strain(i)) continue;
-    for (PairList *list : {&lists.parted, &lists.fresh}) list->make_room(neighbors->numneigh[i]);
-    int nparted = 0, nfresh = 0;
+    demand_room(lists.fresh, neighbors->numneigh[i], error);
+    int n = 0;
     for (int jj = 0; jj < neighbors->numneigh[i]; jj++) {
       const int j = neighbors->firstneigh[i][jj] & NEIGHMASK;
       if (bonded_to[j] == i || scene::is_excluded(lmp->force, neighbors->firstneigh[i][jj]))
         continue;
-      const bool recorded = store.find(i, atom->tag[j]);
-      const double reach = dlim(coefficients, i, j, recorded);
-      if (reach == 0.0) continue;
-      PairList &list = recorded ? lists.parted : lists.fresh;
-      list.set(list.size() + (recorded ? nparted++ : nfresh++), j, reach);
+      const double end = dlim(coefficients, i, j, false);
+      if (end > 0.0) lists.fresh.set(lists.fresh.size() + n++, j, end);
     }
-    lists.parted.add_row(i, nparted);
-    lists.fresh.add_row(i, nfresh);
+    lists.fresh.add_row(i, n);
+  }
+
+  const double now = neighbor->nex_type + neighbor->nex_group + neighbor->nex_mol;
+  bool fewer = false;
+  if (std::exchange(exclusions, now) != now)
+    for (int i = 0; i < atom->nlocal; i++) fewer = fewer || records[i].exclusions > now;
+  if (takes || on_any(fewer, world)) fill_gaps(lists, takes);
+}
+
+// Pairs that are no bonds, and are there at rest or once an exclusion is undone, are surfaces of a crack that never had any.
+// They have no force from that alone
+void VolumeForces::fill_gaps(const PairLists &lists, bool at_rest_only)
+{
+  constexpr double AT_REST = 1e-6;
+  evaluate(lists);
+  for (int i = 0; i < lists.nlocal; i++) {
+    VolumeReference &own = records[i].reference;
+    records[i].exclusions = exclusions;
+    const DensityNow now = density(i);
+    const double denser = now.bonded - own.own.rho;
+    if (now.fresh == 0.0 || (at_rest_only && std::fabs(denser) > AT_REST * own.own.rho)) continue;
+    own.gap = std::max(own.gap, now.fresh + std::max(0.0, denser));
+    own.torn = 1.0;
   }
 }
 
-// 0 of no pair, which a pair of another style is
-double VolumeForces::dlim(const Coefficients &coefficients, int i, int j, bool recorded) const
+// The bonds of an atom that are left after partners were deleted, or got another pair style: the reference loses their
+// shares at deq, and is that of the bonds which are left where nothing else has changed it
+void VolumeForces::lose_partners(Record &record, const NeighborDensity &left)
 {
-  if (!are_pair(i, j, recorded)) return 0.0;
+  VolumeReference &reference = record.reference;
+  reference.gap = std::max(0.0, reference.gap + (record.at_rest.rho - left.rho));
+  reference.own = {left.rho + (reference.own.rho - record.at_rest.rho),
+                   left.slope + (reference.own.slope - record.at_rest.slope)};
+  if (!(left.slope > 0.0)) reference = {};
+  record.at_rest = left;
+}
+
+void VolumeForces::leave(int i, const NeighborDensity &now, const NeighborDensity &at_rest)
+{
+  for (Values &values : leaving) values.resize(has_bonds.size(), 0.0);
+  leaving[0][2 * (size_t) i] += now.rho;
+  leaving[0][2 * (size_t) i + 1] += at_rest.rho;
+  leaving[1][2 * (size_t) i] += at_rest.slope;
+}
+
+void VolumeForces::pair_leaves(PairLists &lists, int i, int j, double deq, double dlim)
+{
+  NeighborDensity now{}, at_rest{};
+  now.add(std::sqrt(PairGeometry(scene::rows(atom->x), i, j).dsq), dlim);
+  at_rest.add(deq, dlim);
+  leave(i, now, at_rest);
+  if (j < lists.nreact) leave(j, now, at_rest);
+  demand_room(lists.fresh, 1, error);
+  lists.fresh.set(lists.fresh.size(), j, dlim);
+  lists.fresh.add_row(i, 1);
+}
+
+void VolumeForces::far_bond_leaves(int i, double deq, double alpha, double partner_radius)
+{
+  NeighborDensity at_rest{};
+  at_rest.add(deq, reach(alpha) * (atom->radius[i] + partner_radius));
+  leave(i, {}, at_rest);
+}
+
+void VolumeForces::settle(const PairLists &lists)
+{
+  if (!on_any(!leaving[0].empty(), world)) return;
+  for (Values &values : leaving) {
+    values.resize(has_bonds.size(), 0.0);
+    exchange.reverse_comm(values);
+  }
+  for (int i = 0; i < lists.nlocal; i++) {
+    const double now = leaving[0][2 * (size_t) i], rest = leaving[0][2 * (size_t) i + 1];
+    Record &record = records[i];
+    if (rest == 0.0 || !has_strain(i)) continue;
+    record.reference = VolumeLaw::without(record.reference, density(i), now);
+    record.at_rest.rho -= rest;
+    record.at_rest.slope -= leaving[1][2 * (size_t) i];
+  }
+  for (Values &values : leaving) values.clear();
+}
+
+// 0 of no pair, which a pair of another style is
+double VolumeForces::dlim(const Coefficients &coefficients, int i, int j, bool is_bond) const
+{
+  if (!are_pair(i, j, is_bond)) return 0.0;
   const double alpha = coefficients.row(atom->type[i], atom->type[j]).alpha;
   return alpha == 0.0 ? 0.0 : reach(alpha) * (atom->radius[i] + atom->radius[j]);
 }
@@ -104,36 +190,49 @@ bool VolumeForces::are_of(const BondStore &store) const
   return true;
 }
 
-// partners may be on any MPI rank
-void VolumeForces::take_records(const BondStore &store, const Coefficients &coefficients)
+// Collective. Of the atoms with bonds and their types, whatever the order of atoms and the number of MPI ranks
+bigint VolumeForces::sum_of_partners(const BondStore &store) const
+{
+  uint64_t sum = 0;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (!store.of(i).empty())
+      sum += ((uint64_t) atom->tag[i] * 0x9E3779B97F4A7C15ULL) ^
+          (0xD6E8FEB86659FD93ULL * (uint64_t) atom->type[i]);
+  return reduce_all((bigint) (sum >> 24), MPI_SUM, world);
+}
+
+// Collective. The densities of the bonds of each atom at their deq, but for those that have broken or whose partner, on any
+// MPI rank, is gone or has another pair style
+std::vector<NeighborDensity> VolumeForces::at_rest(const BondStore &store,
+                                                   const Coefficients &coefficients) const
 {
   std::vector<tagint> partners;
   for (int i = 0; i < atom->nlocal; i++)
     for (const Bond &bond : store.of(i)) partners.push_back((tagint) bond.partner);
   const AtomDirectory directory(lmp, partners);
 
+  std::vector<NeighborDensity> sums(atom->nlocal, NeighborDensity{});
+  for (int i = 0; i < atom->nlocal; i++)
+    for (size_t slot = 0; slot < store.of(i).size(); slot++) {
+      const Bond &bond = store.of(i)[slot];
+      const AtomDirectory::Entry &partner = directory.entries.at((tagint) bond.partner);
+      if (partner.type == 0 || store.is_broken(i, (int) slot)) continue;
+      const double alpha = coefficients.row(atom->type[i], partner.type).alpha;
+      if (alpha > 0.0) sums[i].add(bond.deq, reach(alpha) * (atom->radius[i] + partner.radius));
+    }
+  return sums;
+}
+
+void VolumeForces::take_records(const BondStore &store, const std::vector<NeighborDensity> &at_rest)
+{
   std::vector<Record> taken(records.size(), Record{});
-  std::string complaint;
   for (int i = 0; i < atom->nlocal; i++) {
     taken[i].sum_deq = sum_of_deq(store.of(i));
     taken[i].reaches = reaches;
-    for (const Bond &bond : store.of(i)) {
-      const AtomDirectory::Entry &partner = directory.entries.at((tagint) bond.partner);
-      if (partner.type == 0) {
-        complaint =
-            fmt::format("atom {} has a bond with atom {}, which is gone, so that its share in the "
-                        "density at rest is not known: define the fix before atoms are deleted",
-                        atom->tag[i], bond.partner);
-        continue;
-      }
-      const double alpha = coefficients.row(atom->type[i], partner.type).alpha;
-      if (alpha == 0.0) continue;
-      taken[i].reference.own.add(bond.deq, reach(alpha) * (atom->radius[i] + partner.radius));
-    }
+    taken[i].at_rest = taken[i].reference.own = at_rest[i];
+    for (size_t slot = 0; slot < store.of(i).size(); slot++)
+      if (store.is_broken(i, (int) slot)) taken[i].reference.torn = 1.0;
   }
-  stop_at_bad_input(error, who, [&] {
-    throw_together(complaint, world);
-  });
   take_gaps(taken);
   records.swap(taken);
 }
@@ -170,10 +269,8 @@ void VolumeForces::evaluate(const PairLists &lists, const ParticleView &view)
 {
   densities.assign(VolumePasses::WIDTH * (size_t) lists.nall, 0.0);
   VolumePasses::add_densities(lists.bonds, lists.bonds.inv_dlim, view, densities.data());
-  for (size_t of = 0; of < active.size(); of++) {
-    VolumePasses::find_active(of == 0 ? lists.parted : lists.fresh, view, active[of]);
-    VolumePasses::add_densities(active[of], active[of].inv_deq, view, densities.data() + of);
-  }
+  VolumePasses::find_active(lists.fresh, view, active);
+  VolumePasses::add_densities(active, active.inv_deq, view, densities.data() + 1);
   exchange.reverse_comm(densities);
 
   pulls.resize(densities.size());

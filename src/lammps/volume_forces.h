@@ -23,10 +23,13 @@ class VolumeForces : protected Pointers {
  public:
   /// What goes with an atom, into restart files too but for the strain. All 0 where it has no bond.
   struct Record {
-    VolumeReference reference;    ///< as of when the bonds were first seen
-    double sum_deq;    ///< of these bonds [length]: tells whether they are those of the store
-    double reaches;    ///< see sum_of_reaches(): tells whether alpha and zone are the same
-    double strain;     ///< as of the last evaluate()
+    VolumeReference
+        reference;              ///< as of when the bonds were first seen, less those that have left
+    NeighborDensity at_rest;    ///< of the bonds that have not, at their deq
+    double sum_deq;       ///< of all bonds [length]: tells whether they are those of the store
+    double reaches;       ///< see sum_of_reaches(): tells whether alpha and zone are the same
+    double exclusions;    ///< of neigh_modify, when the gap was taken
+    double strain;        ///< as of the last evaluate()
   };
 
   using Values = PerAtomComm::Values;
@@ -65,6 +68,20 @@ class VolumeForces : protected Pointers {
 
   /// Collective. Strains and energies at the present positions.
   void evaluate(const PairLists &, const ParticleView &);
+  void evaluate(const PairLists &lists)
+  {
+    evaluate(lists, {scene::rows(atom->x), nullptr, nullptr, lists.nreact});
+  }
+
+  /// A bond breaks: the references of both atoms lose its present share at the next settle(), and it counts as a pair that
+  /// was never recorded.
+  void pair_leaves(PairLists &, int i, int j, double deq, double dlim);
+
+  /// The same for own atom i of a bond past the end of the neighbor list, which has no share there.
+  void far_bond_leaves(int i, double deq, double alpha, double partner_radius);
+
+  /// Collective. The pairs leave that broke after the last evaluate(), at whose positions the atoms are.
+  void settle(const PairLists &);
 
   /// After evaluate(), see VolumePasses: what adds the forces of bonds to those that they have, and those of all
   /// other pairs.
@@ -76,8 +93,7 @@ class VolumeForces : protected Pointers {
   }
   template <class Tally> void add_forces(const ParticleView &view, Tally &&tally) const
   {
-    for (size_t k = 0; k < active.size(); k++)
-      VolumePasses::add_forces(active[k], view, pulls.data() + k, tally);
+    VolumePasses::add_forces(active, view, pulls.data() + 1, tally);
   }
 
   // what others read, as of the last evaluate()
@@ -85,7 +101,7 @@ class VolumeForces : protected Pointers {
   /// Calls f(PlacedPair, 1/dlim, sum of -dU/drho of both atoms [energy]) for all pairs within their dlim, or zone.
   template <class F> void for_each_pair(const PairLists &lists, F &&f) const
   {
-    for (const PairList *list : {&lists.bonds, &lists.parted, &lists.fresh})
+    for (const PairList *list : {&lists.bonds, &lists.fresh})
       EVP::for_each_pair(*list, scene::rows(atom->x), [&](const PlacedPair &p) {
         const double inv_dlim = list == &lists.bonds ? list->inv_dlim[p.index] : p.inv_deq;
         if (p.distance() * inv_dlim < 1.0) f(p, inv_dlim, pull(p.i, p.j, list == &lists.fresh));
@@ -93,11 +109,11 @@ class VolumeForces : protected Pointers {
   }
 
   /// Force of a pair of atoms of a row with this alpha, at this distance [force], positive repels.
-  double force(int i, int j, double d, double alpha, bool recorded) const
+  double force(int i, int j, double d, double alpha, bool is_bond) const
   {
-    if (2 * (size_t) std::max(i, j) >= pulls.size() || !are_pair(i, j, recorded)) return 0.0;
+    if (2 * (size_t) std::max(i, j) >= pulls.size() || !are_pair(i, j, is_bond)) return 0.0;
     const double end = reach(alpha) * (atom->radius[i] + atom->radius[j]);
-    return d < end ? -pull(i, j, !recorded) * 2.0 * (1.0 - d / end) / end : 0.0;
+    return d < end ? -pull(i, j, !is_bond) * 2.0 * (1.0 - d / end) / end : 0.0;
   }
 
   /// Volume strain and energy of a local atom, energy of all of them.
@@ -110,8 +126,7 @@ class VolumeForces : protected Pointers {
 
   double memory_usage() const
   {
-    return active[0].memory_usage() + active[1].memory_usage() +
-        bytes_of(densities, pulls, has_bonds);
+    return active.memory_usage() + bytes_of(densities, pulls, has_bonds, leaving[0], leaving[1]);
   }
 
  private:
@@ -122,14 +137,17 @@ class VolumeForces : protected Pointers {
   std::vector<Record> &records;
   PerAtomComm &exchange;
 
-  // of the parted and fresh pairs those that were within their dlim at the last evaluate()
-  std::array<PairList, VolumePasses::WIDTH> active = {PairList(true), PairList(false)};
-  long version = -1;    // of the store whose bonds the records are of
+  PairList active = PairList(false);    // fresh pairs within their dlim at the last evaluate()
+  long version = -1;                    // of the store whose bonds the records are of
   double reaches = 0.0;
+  bigint partners = -1;      // sum over the atoms with bonds, which tells whether they are the same
+  double exclusions = -1;    // of neigh_modify
   BodyRule within = BodyRule::ALL;
   double zone = 0.0;                     // of the store
   Values densities, pulls, has_bonds;    // of all atoms and ghosts
   double energy_here = 0.0;
+  // of the pairs that leave, of all atoms and ghosts: density now and at rest; slope at rest and 0. Empty without.
+  std::array<Values, 2> leaving;
 
   // what evaluate() found last
   void forget()
@@ -150,16 +168,21 @@ class VolumeForces : protected Pointers {
     return pulls[2 * (size_t) i + of] + pulls[2 * (size_t) j + of];
   }
   // bonds remain when types or molecule IDs change
-  bool are_pair(int i, int j, bool recorded) const
+  bool are_pair(int i, int j, bool is_bond) const
   {
     return has_bonds[2 * (size_t) i] && has_bonds[2 * (size_t) j] &&
-        (recorded || !in_different_bodies(atom, within, i, j));
+        (is_bond || !in_different_bodies(atom, within, i, j));
   }
   // pairs that no zone recorded count as little as the bonds that are not there
   double reach(double alpha) const { return zone > 0.0 ? std::min(zone, alpha) : alpha; }
-  double dlim(const Coefficients &, int i, int j, bool recorded) const;
-  void take_records(const BondStore &, const Coefficients &);
+  double dlim(const Coefficients &, int i, int j, bool is_bond) const;
+  void take_records(const BondStore &, const std::vector<NeighborDensity> &at_rest);
   void take_gaps(std::vector<Record> &) const;
+  void fill_gaps(const PairLists &, bool at_rest_only);
+  static void lose_partners(Record &, const NeighborDensity &left);
+  void leave(int i, const NeighborDensity &now, const NeighborDensity &at_rest);
+  std::vector<NeighborDensity> at_rest(const BondStore &, const Coefficients &) const;
+  bigint sum_of_partners(const BondStore &) const;
   bool are_of(const BondStore &) const;
   double sum_of_reaches(const Coefficients &) const;
 };

@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """fix evp/volume: forces, energies and virial against tests/oracle/volume.py, which was written apart, and closed forms."""
 
+import itertools
 import re
 
 import numpy as np
 import pytest
 from evp import law
-from hostile import refused
 from lammps_run import write_data
 from oracle import brute, volume
-from small_bodies import dump, head, lattice_body, pair, thermo, words, write_body
+from small_bodies import SPACING, dump, head, lattice_body, pair, thermo, words, write_body
 
 BY_HAND = 1e-12  # a dozen roundings; the strains themselves are exact to 1e-16 of 1
 KV = 1000.0
@@ -140,19 +140,152 @@ def test_a_zone_is_that_of_the_density(lmp, small):
         assert np.abs(theta - expected).max() <= BY_HAND
 
 
-def test_deleted_partners_stay_in_the_sums(lmp, small):
-    """Also after a restart, where nobody knows their radii any more; defined only then, the fix stops."""
-    x = small.x * 1.002
-    stay = np.isin(np.arange(len(x)), [0, 19], invert=True)
-    cut = "group gone id 1 20\ndelete_atoms group gone compress no\n"
-    first = head() + pair() + fix() + QUIET + "run 0\n" + place(x) + "run 0\n" + cut + "run 0\nwrite_restart cut.restart\n"
-    lmp(first).ok()
-    again = head(start="read_restart cut.restart") + "fix bonds all evp/bonds\n"
-    run = lmp(again + fix() + QUIET + dump(every=1, columns="f_volume") + "run 0\n", ranks=2).ok()
-    kept = truth(x, small, KV, among=stay).theta[stay]
-    assert np.abs(run.dump("all.dump")[-1]["f_volume"] - kept).max() <= BY_HAND
-    late = lmp(again + "run 0\n" + fix() + QUIET + "run 0\n", ranks=2)
-    refused(late, "Fix volume evp/volume: atom", "has a bond with atom", "which is gone", "define the fix before atoms are deleted")
+def without(body, gone):
+    """The body after its atoms of this mask have gone, under its IDs."""
+    return body._replace(bonds={two: deq for two, deq in body.bonds.items() if not (gone[two[0] - 1] or gone[two[1] - 1])})
+
+
+GONE = {"two spheres": lambda x: np.isin(np.arange(len(x)), [0, 19]),
+        "a drilled hole": lambda x: np.linalg.norm((x - x.mean(axis=0))[:, :2], axis=1) < 0.008,
+        "vacancies": lambda x: np.arange(len(x)) % 7 == 3}
+LOADED = [1.003, 0.999, 1.002]
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (3, "off")])
+@pytest.mark.parametrize("shape", GONE)
+@pytest.mark.parametrize("way", ["deleted at rest", "deleted under load", "evaporated under load", "another style", "deleted after a restart"])
+def test_a_body_without_some_of_its_spheres(lmp, small, way, shape, ranks, newton):
+    """It is free of stress at rest, and under load what a body is that never had them, also after a restart."""
+    gone = GONE[shape](small.x)
+    go = f"group gone id {' '.join(map(str, np.flatnonzero(gone) + 1))}\n"
+    delete = "delete_atoms group gone compress no\n"
+    rest, load = "run 0\n", QUIET + place(small.x * LOADED)
+    styles = HYBRID if way == "another style" else pair()
+    start = head(newton) + styles.replace("pair_coeff * 2 zero", "pair_coeff * 3 zero\npair_coeff * 2 evp/lj " + words(ROW)) + fix()
+    if way == "another style":
+        start = start.replace("read_data body.data", "read_data body.data extra/atom/types 1")
+    text = start + go + "fix none all nve/noforce\n" + rest + "unfix none\n" + {
+        "deleted at rest": delete + QUIET + rest + load.replace(QUIET, ""),
+        "deleted under load": load + rest + delete,
+        "evaporated under load": load + rest + f"region all block INF INF INF INF INF INF\nfix leave gone evaporate 1 {gone.sum()} all 4711\n"
+                                               "reset_timestep 0\ntimestep 1e-15\nrun 1\nunfix leave\n",
+        "another style": load + rest + "set group gone type 3\n",
+        "deleted after a restart": load + rest + "write_restart now.restart\nclear\n" + head(newton, start="read_restart now.restart")
+                                   + (styles if way == "another style" else "") + "fix bonds all evp/bonds\n" + fix() + QUIET + delete}[way]
+    run = lmp(text + "group left subtract all gone\n" + dump(every=1, columns="f_volume fx fy fz").replace("dump all all", "dump all left")
+              + "run 0\nwrite_restart later.restart\n", ranks).ok()
+    expected = truth(small.x * LOADED, without(small, gone), KV, among=~gone)
+    assert np.abs(expected.theta[~gone]).max() > 0.003 and gone.sum() > 1, "control"
+    found = run.dump("all.dump")[-1]
+    assert np.abs(found["f_volume"] - expected.theta[~gone]).max() <= 1e-10
+    if way == "deleted at rest":
+        assert run.dump("all.dump")[-1].f.shape[0] == (~gone).sum()
+        again = lmp(head(newton, start="read_restart later.restart") + "fix bonds all evp/bonds\n" + fix() + QUIET
+                    + dump(every=1, columns="f_volume") + "run 0\n", ranks=2).ok()
+        assert np.abs(again.dump("all.dump")[-1]["f_volume"] - found["f_volume"]).max() <= BY_HAND
+        late = lmp(head(newton, start="read_restart later.restart") + "fix bonds all evp/bonds\nrun 0\nfix other all evp/volume 1000\n" + QUIET
+                   + dump(every=1, columns="f_other") + "run 0\n", ranks=2).ok()
+        assert np.abs(late.dump("all.dump")[-1]["f_other"] - found["f_volume"]).max() <= BY_HAND, "defined after they were deleted"
+
+
+# ---- pairs that break
+
+
+XI = 0.05
+CRACKS = {"a cut": lambda x, m: np.outer(x[:, 0] > m, [0.0025, 0, 0]),
+          "a shear crack": lambda x, m: np.outer((x[:, 0] > m) & (x[:, 1] > 0.012), [0.0005, 0.002, 0.001]),
+          "two cuts": lambda x, m: np.outer(x[:, 0] > m, [0.0018, 0, 0]) + np.outer(x[:, 2] > 0.02, [0, 0.0003, 0.0022])}
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (3, "on"), (3, "off")])
+@pytest.mark.parametrize("crack", CRACKS)
+def test_surfaces_of_a_crack_push_and_never_pull(lmp, tmp_path, crack, ranks, newton):
+    """Broken at x1, opened further, then closed and pressed, against the second writing; what the volume energy adds is the difference to runs
+    without it. The same after a restart."""
+    body = lattice_body((6, 4, 4))
+    write_body(tmp_path / "body.data", body)
+    middle = np.median(body.x[:, 0])
+    x1 = body.x + CRACKS[crack](body.x, middle)
+    i, j = np.array(list(itertools.combinations(range(len(body.x)), 2))).T
+    near = np.linalg.norm(body.x[i] - body.x[j], axis=1) < 4 * SPACING
+    i, j = i[near], j[near]
+    dlim = ROW.alpha * (body.radius[i] + body.radius[j])
+    deq = np.array([body.bonds.get((a + 1, b + 1), np.inf) for a, b in zip(i, j)])
+    bonds = np.isfinite(deq)
+    rest = volume.at_rest(i[bonds], j[bonds], deq[bonds], dlim[bonds], len(body.x), body.types)
+    broken = bonds & (np.linalg.norm(x1[i] - x1[j], axis=1) > np.minimum(dlim, (1 + XI) * deq))
+    before = volume.evaluate(x1, i, j, dlim, KV, rest, fresh=~bonds)
+    rest = volume.torn(x1, i, j, dlim, rest, ~bonds, broken)
+    fresh = ~bonds | broken
+    after = volume.evaluate(x1, i, j, dlim, KV, rest, fresh=fresh)
+    assert after.energy.sum() == pytest.approx(before.energy.sum(), rel=1e-12) and broken.sum() > 15, "control"
+    stages = {"opened": x1 + CRACKS[crack](body.x, middle), "closed": body.x, "pressed": body.x * [0.93, 1.0, 0.99]}
+    start = head(newton, skin=0.004) + pair(contact=f"repulsive break {XI}")
+    still = "fix still all nve/noforce\ntimestep 1e-15\n"
+    end = "".join(f"{place(x)}{thermo('f_volume')}run 0\nwrite_dump all custom NAME.{stage} id f_volume fx fy fz modify format float %.17g sort id\n"
+                  for stage, x in stages.items())
+    through = start + fix() + still + "run 0\n" + place(x1) + "run 1\nwrite_restart broken.restart\n" + end
+    again = head(newton, start="read_restart broken.restart", skin=0.004) + "fix bonds all evp/bonds\n" + fix() + still + end
+    runs = {"through": lmp(through.replace("NAME", "through"), ranks).ok(), "again": lmp(again.replace("NAME", "again"), ranks=2).ok()}
+    alone = lmp((start + still + "run 0\n" + place(x1) + "run 1\n" + end).replace("f_volume", "").replace("NAME", "alone")).ok()
+    for k, (stage, x) in enumerate(stages.items()):
+        expected = volume.evaluate(x, i, j, dlim, KV, rest, fresh=fresh)
+        scale = np.abs(expected.pair_force).max()
+        torn = rest.torn[i] & rest.torn[j] & fresh
+        assert np.all(expected.pair_force[torn] >= 0.0) and np.any(expected.pair_force[torn] > 0.01 * scale) == (stage == "pressed")
+        for name, run in runs.items():
+            found, plain = run.dump(f"{name}.{stage}")[-1], alone.dump(f"alone.{stage}")[-1]
+            assert np.abs(found["f_volume"] - expected.theta).max() <= 1e-11, (stage, name)
+            assert np.abs(found.f - plain.f - expected.force).max() <= 1e-9 * (scale + np.abs(plain.f).max()), (stage, name)
+            assert run.thermo(k - 3)["f_volume"][-1] == pytest.approx(expected.energy.sum(), rel=1e-10)
+
+
+EXCLUDED = {"groups": ("neigh_modify exclude group left right\n", "neigh_modify exclude none\n"),
+            "half of a plane": ("neigh_modify exclude group notch right\n", "neigh_modify exclude none\n"),
+            "types": ("neigh_modify exclude type 1 2\n", "neigh_modify exclude none\n"),
+            "one of two": ("neigh_modify exclude group left right exclude group notch notch\n",
+                           "neigh_modify exclude none\nneigh_modify exclude group notch notch\n"),
+            "a bond file without them": ("", "")}
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (3, "off")])
+@pytest.mark.parametrize("way", EXCLUDED)
+def test_a_crack_from_the_beginning(lmp, tmp_path, way, ranks, newton):
+    """Pairs that were left out of the recording have no force at rest, nor where an exclusion is undone under load; pressed, they push."""
+    body = lattice_body((6, 4, 4))
+    body = body._replace(types=1 + (body.x[:, 0] > np.median(body.x[:, 0])).astype(int))
+    write_body(tmp_path / "body.data", body)
+    off, on = EXCLUDED[way]
+    groups = "group left type 1\ngroup right type 2\nregion notch block INF INF INF 0.02 INF INF\ngroup notch region notch\ngroup notch intersect notch left\n"
+    groups = groups.replace("group notch region notch\ngroup notch intersect notch left", "group low region notch\ngroup notch intersect low left")
+    bonds = "fix bonds all evp/bonds\n"
+    if way == "a bond file without them":
+        lmp(head() + pair() + QUIET + "run 0\nwrite_evp_bonds all.bonds\n").ok()
+        lines = (tmp_path / "all.bonds").read_text(encoding="utf-8").splitlines()
+        kept = [line for line in lines if not line[:1].isdigit() or len({body.types[int(word) - 1] for word in line.split()[:2]}) == 1]
+        count = sum(line[:1].isdigit() for line in kept)
+        assert count < sum(line[:1].isdigit() for line in lines)
+        total = str(len(body.bonds))
+        text = "\n".join(line if line[:1].isdigit() else line.replace(total, str(count)) for line in kept) + "\n"
+        (tmp_path / "cut.bonds").write_text(text, encoding="utf-8")
+        bonds = "fix bonds all evp/bonds file cut.bonds\n"
+    start = head(newton) + groups + pair(contact="none", fix=off + bonds) + fix() + QUIET + thermo("f_volume pe f_bonds[3]")
+    lift = "compute force right group/group left\n" + thermo("f_volume pe c_force[1]")
+    pressed = place(body.x * [0.9, 1.0, 1.0])
+    run = lmp(start + "run 0\n" + on + lift + "run 0\n" + pressed + "run 0\n", ranks).ok()
+    rest, press = run.thermo(-2), run.thermo(-1)
+    assert abs(rest["f_volume"][0]) < 1e-20 and press["c_force[1]"][0] > 100.0
+    if way in ("groups", "types", "a bond file without them"):
+        assert abs(rest["c_force[1]"][0]) < 1e-6
+    for load in ([1.004, 1.0, 1.0], [1.001, 1.002, 1.0]) if off else ():  # no other new pairs
+        loaded = place(body.x * load)
+        run = lmp(start + "run 0\n" + loaded + thermo("f_volume pe") + "run 0\nwrite_restart off.restart\n" + on + "run 0\n", ranks).ok()
+        before, after = run.thermo(-2), run.thermo(-1)
+        again = lmp(head(newton, start="read_restart off.restart") + groups.replace("group left", "group all union all\ngroup left") + bonds + fix() + QUIET
+                    + thermo("f_volume pe") + (on if way == "one of two" else "") + "run 0\n").ok().thermo(-1)
+        for name in ("f_volume", "PotEng"):
+            assert after[name][0] == pytest.approx(before[name][0], rel=1e-10) and before["f_volume"][0] > 0.01
+            assert again[name][0] == pytest.approx(before[name][0], rel=1e-10), "the exclusion is not in the restart file"
 
 
 @pytest.mark.parametrize("ranks", [1, 2])

@@ -6,7 +6,8 @@
 rho0 and G are those of the recorded bonds at rest, rho that of all pairs now, bonds b and fresh ones f. Expanded, u = theta^2/2 up to
 `cavitation`, from where its slope falls to 0 at twice that. Compressed, fresh pairs fill the gap to the mean density of the interior without
 force: with y+ = max(y, 0), u = ((b - rho0)+^2 + (rho - rho0 - gap)+^2 - (b - rho0 - gap)+^2)/(2 G^2), theta^2/2 where no pair is fresh. theta
-of a body that is stretched uniformly is the trace of its strain. Part of the second writing, as law.py.
+of a body that is stretched uniformly is the trace of its strain. Bonds that break are fresh pairs from then on: torn() gives the rest after
+that, by which the strain of the bonds and the energy stay; there fresh pairs only push. Part of the second writing, as law.py.
 """
 
 from collections import namedtuple
@@ -31,6 +32,7 @@ class Rest(NamedTuple):
     rho: np.ndarray
     slope: np.ndarray
     gap: np.ndarray
+    torn: np.ndarray  # have bonds broken?
 
 
 def _both(i, j, of_pair, count):
@@ -49,7 +51,7 @@ def at_rest(i, j, deq, dlim, count, types=None):
             mean = rho[deep].mean(), slope[deep].mean()
             deep = own & (slope >= 0.85 * mean[1])
         gap[own] = np.maximum(0.0, mean[0] - rho[own])
-    return Rest(rho, slope, gap)
+    return Rest(rho, slope, gap, np.zeros(count, dtype=bool))
 
 
 def evaluate(x, i, j, dlim, kv, rest, cavitation=0.15, fresh=False):
@@ -64,13 +66,15 @@ def evaluate(x, i, j, dlim, kv, rest, cavitation=0.15, fresh=False):
     t = np.maximum(0.0, 1.0 - d / dlim)
     rho, bonded = _both(i, j, t * t, count), _both(i, j, np.where(fresh, 0.0, t * t), count)
     share = np.divide(1.0, rest.slope, out=np.zeros(count), where=rest.slope > 0.0)
-    theta, own, gap = (rest.rho - rho) * share, np.maximum(0.0, (bonded - rest.rho) * share), rest.gap * share
-    beyond, counted = np.maximum(0.0, -theta - gap), np.maximum(0.0, own - gap)
+    theta, own, gap = (rest.rho - np.where(rest.torn, bonded, rho)) * share, np.maximum(0.0, (bonded - rest.rho) * share), rest.gap * share
+    beyond, counted = np.maximum(0.0, (rho - rest.rho) * share - gap), np.maximum(0.0, own - gap)
     left = np.maximum(0.0, np.minimum(2.0 * cavitation, 1e9) - theta)
     torn = theta > cavitation
     u = np.where(torn, np.minimum(cavitation, 1e9)**2 - 0.5 * left**2, 0.5 * theta**2)
     u = np.where(theta < 0.0, 0.5 * (own**2 + beyond**2 - counted**2), u)
     pulls = np.where(torn, left, np.where(theta < 0.0, counted - own - beyond, theta)), np.where(torn, left, np.where(theta < 0.0, -beyond, theta))
+    u = u + np.where(rest.torn & (theta >= 0.0), 0.5 * (beyond**2 - counted**2), 0.0)
+    pulls = pulls[0] + np.where(rest.torn & (theta >= 0.0), counted - beyond, 0.0), np.where(rest.torn, -beyond, pulls[1])
     g = [kv * pull * share for pull in pulls]
     pair_force = -np.where(fresh, g[1][i] + g[1][j], g[0][i] + g[0][j]) * 2.0 * t / dlim
     f = (pair_force / d)[:, None] * r
@@ -78,6 +82,19 @@ def evaluate(x, i, j, dlim, kv, rest, cavitation=0.15, fresh=False):
     np.add.at(force, i, f)
     np.add.at(force, j, -f)
     return Volume(theta, kv * u, force, pair_force, r.T @ f)
+
+
+def torn(x, i, j, dlim, rest, fresh, broken):
+    """The Rest of the pairs (i, j) as in evaluate() after those that are `broken` (P,) have broken at x."""
+    count = len(x)
+    t = np.maximum(0.0, 1.0 - np.linalg.norm(x[i] - x[j], axis=1) / dlim)
+    density, bonded = _both(i, j, t * t, count), _both(i, j, np.where(fresh, 0.0, t * t), count)
+    still = bonded - _both(i, j, np.where(broken, t * t, 0.0), count)
+    short_of = rest.rho - bonded  # of the bonds, and below of what counts now
+    now = np.where(rest.torn | (rest.rho < density), np.where(rest.torn, short_of, np.minimum(0.0, short_of)), rest.rho - density)
+    touched = _both(i, j, broken * 1.0, count) > 0.0
+    rho = np.where(touched, still + now, rest.rho)
+    return Rest(rho, rest.slope, rest.gap + rest.rho - rho, rest.torn | touched)
 
 
 Moduli = namedtuple("Moduli", "bulk shear young poisson")  # of an isotropic body: [energy/volume], Poisson's ratio

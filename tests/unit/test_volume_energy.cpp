@@ -18,7 +18,8 @@ using namespace pair_cases;
 namespace {
 
 constexpr double REACH = 0.4;
-constexpr VolumeReference INSIDE = {{2.0, 4.0}, 0.0}, SURFACE = {{1.0, 2.0}, 0.7};
+constexpr VolumeReference INSIDE = {{2.0, 4.0}, 0.0, 0.0}, SURFACE = {{1.0, 2.0}, 0.7, 0.0},
+                          TORN = {{1.0, 2.0}, 0.7, 1.0};
 
 /// All pairs of a cloud up to REACH and some beyond it, bonds and fresh ones; densities at rest are up to twice as large or small.
 struct Volume {
@@ -45,7 +46,7 @@ struct Volume {
     }
     for (int i = 0; i < n; i++) {
       const double rest = now[i].rho / (1.0 + 0.3 * (i % 5 - 2) + 0.05);
-      references.push_back({{rest, now[i].slope}, i % 2 ? 0.2 * rest : 0.0});
+      references.push_back({{rest, now[i].slope}, i % 2 ? 0.2 * rest : 0.0, 0.0});
     }
   }
 
@@ -102,8 +103,9 @@ TEST(VolumeEnergy, ADensityByHand)
   density.add(1.5 * (1.0 + 1e-9), 1.5);    // recorded by the margin
   EXPECT_DOUBLE_EQ(density.rho, 1.0 / 9.0);
   EXPECT_DOUBLE_EQ(density.slope, 4.0 / 27.0);
-  EXPECT_NEAR(VolumeLaw().state(1.0, {density, 0.0}, {std::pow(1.0 - 1.001 / 1.5, 2), 0.0}).strain,
-              3e-3, 4e-6)
+  EXPECT_NEAR(
+      VolumeLaw().state(1.0, {density, 0.0, 0.0}, {std::pow(1.0 - 1.001 / 1.5, 2), 0.0}).strain,
+      3e-3, 4e-6)
       << "the trace of a uniform strain";
 }
 
@@ -146,7 +148,7 @@ TEST(VolumeEnergy, ThePullsAreTheSlopesOfTheEnergyAndNeverJump)
 {
   const VolumeLaw law;
   const double kv = 7.0, h = 1e-6, step = 1e-3;
-  for (const VolumeReference &reference : {INSIDE, SURFACE})
+  for (const VolumeReference &reference : {INSIDE, SURFACE, TORN})
     for (double fresh = 0.0; fresh < 1.2; fresh += 0.1)
       for (double bonded = 0.0; bonded < 3.0; bonded += step) {
         const auto energy = [&](double more_bonded, double more_fresh) {
@@ -163,6 +165,40 @@ TEST(VolumeEnergy, ThePullsAreTheSlopesOfTheEnergyAndNeverJump)
         EXPECT_LE(std::fabs(next.bonded - now.bonded), most) << bonded << " " << fresh;
         EXPECT_LE(std::fabs(above.fresh - now.fresh),
                   1.001 * step * kv / std::pow(reference.own.slope, 2));
+      }
+}
+
+TEST(VolumeEnergy, NewPairsOfTornParticlesOnlyPush)
+{
+  const VolumeLaw law;
+  bool pulls = false;
+  for (double bonded = 0.0; bonded < 3.0; bonded += 0.01)
+    for (double fresh = 0.0; fresh < 3.0; fresh += 0.01) {
+      const double torn = law.state(7.0, TORN, {bonded, fresh}).fresh;
+      EXPECT_LE(torn, 0.0);
+      EXPECT_EQ(torn<0.0, bonded + fresh> 1.7) << "denser than the interior at rest";
+      pulls = pulls || law.state(7.0, SURFACE, {bonded, fresh}).fresh > 0.0;
+    }
+  EXPECT_TRUE(pulls) << "control";
+}
+
+TEST(VolumeEnergy, BondsThatBreakLeaveWithoutAJump)
+{
+  const VolumeLaw law;
+  const double kv = 7.0;
+  for (VolumeReference reference : {INSIDE, SURFACE, TORN})
+    for (double bonded = 0.5; bonded < 1.5 * reference.own.rho; bonded += 0.01)
+      for (const double fresh : {0.0, 0.1, 0.4}) {
+        const EVP::DensityNow before = {bonded, fresh}, after = {bonded - 0.05, fresh + 0.05};
+        const VolumeReference left = VolumeLaw::without(reference, before, 0.05);
+        const EVP::VolumeState then = law.state(kv, reference, before),
+                               now = law.state(kv, left, after);
+        // the bond that breaks may have been pressed with those of a body that is denser than the interior
+        if (bonded > reference.own.rho + reference.gap) continue;
+        EXPECT_NEAR(now.energy, then.energy, 1e-13) << bonded << " " << fresh;
+        EXPECT_NEAR(now.bonded, then.bonded, 1e-13) << bonded << " " << fresh;
+        EXPECT_LE(now.fresh, 0.0);
+        EXPECT_NEAR(left.own.rho + left.gap, reference.own.rho + reference.gap, 1e-14);
       }
 }
 
