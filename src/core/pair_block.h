@@ -184,6 +184,15 @@ EVP_INLINE int count_past_cutoff(const PairBlock &block)
   return count;
 }
 
+/// Appends the indices of the pairs of a block that are past their cutoff; mostly none is.
+EVP_INLINE void add_past_cutoff(const PairRange &range, const PairBlock &block,
+                                std::vector<int> &past_cutoff)
+{
+  if (count_past_cutoff(block) == 0) return;
+  for (int k = 0; k < block.n; k++)
+    if (block.distance_squared(k) > block.cutsq[k]) past_cutoff.push_back(range.first + k);
+}
+
 /// Adds the forces of all interacting pairs of a list to view.f: what one time step does, and nothing else. Everything a
 /// pair needs was looked up when the list was packed. Pairs are gathered in blocks, the law goes over a block at once, the
 /// forces are scattered.
@@ -199,9 +208,7 @@ void accumulate_forces(PairList &list, const BlockLaw &law, const ParticleView &
     block.flow = list.flow_arrays(range.first);
     if (!list.are_bonds && !list.stays() && count_past_cutoff(block) == block.n) return;
     law(block, {Damping, tally.stored, tally.potential, incremental});
-    if (past_cutoff && count_past_cutoff(block) > 0)    // mostly none is
-      for (int k = 0; k < block.n; k++)
-        if (block.distance_squared(k) > block.cutsq[k]) past_cutoff->push_back(range.first + k);
+    if (past_cutoff) add_past_cutoff(range, block, *past_cutoff);
     tally(range, block);
     scatter(range, block, block.force, view.nreact, view.f);
   });

@@ -123,15 +123,17 @@ struct VolumePasses {
   static constexpr int WIDTH = 2;
 
   /// Adds t^2 of each pair to the densities of both particles, those below view.nreact. inv_dlim: of each pair.
-  /// densities: where those of these pairs begin.
+  /// densities: where those of these pairs begin. past_cutoff: as in accumulate_forces().
   static void add_densities(const PairList &pairs, const std::vector<double> &inv_dlim,
-                            const ParticleView &view, double *densities)
+                            const ParticleView &view, double *densities,
+                            std::vector<int> *past_cutoff = nullptr)
   {
     PairBlock block;
     for_each_block(
         pairs,
         [&](const PairRange &range) {
           gather<false>(view, range, block);
+          if (past_cutoff) add_past_cutoff(range, block, *past_cutoff);
           call_vectorized([&, own = inv_dlim.data() + range.first]() EVP_KERNEL {
             const int n = block.n;
             EVP_INDEPENDENT
@@ -212,7 +214,8 @@ struct VolumePasses {
       for (int k = 0; k < n; k++) {
         const double inv_d = 1.0 / std::sqrt(block.distance_squared(k));
         const double added = block.approach[k] * 2.0 * inv_dlim[k] * (inv_d - inv_dlim[k]);
-        block.force[k] -= inv_d > inv_dlim[k] ? added : 0.0;
+        const bool acts = inv_d > inv_dlim[k] && !(block.distance_squared(k) > block.cutsq[k]);
+        block.force[k] -= acts ? added : 0.0;
       }
     });
   }

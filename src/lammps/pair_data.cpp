@@ -283,11 +283,13 @@ bool PairData::pack(const NeighList *neighbors)
   if (!bonds()) volume_.reset();    // the bonds have gone since the last set-up
   const bigint without_pair = agree_on_pairs(found, same_list);
   if (bonds_missing && !same_list) find_missing(without_pair);
-  if (volume()) volume()->pack(neighbors, lists, *bonds(), coefficients);
+  if (volume()) volume()->pack(neighbors, lists, *bonds(), coefficients, rules);
+  if (volume() && rules.breaks() && bonds_missing)
+    histories.settle_missing(*bonds(), nullptr, volume());
   missing_due = bonds_missing;
   missing_energy = 0.0;
   if (bonds_missing && is_incremental() && rules.plastic) {
-    const auto missing = histories.settle_missing(*bonds(), nullptr, nullptr);
+    const auto missing = histories.settle_missing(*bonds(), nullptr);
     missing_energy = missing.held + missing.dissipated;
   }
 
@@ -318,7 +320,7 @@ void PairData::commit(BondStore &records, bool at_rest)
   if (to_tell && at_rest) to_tell->evaluate(lists);
   histories.commit(at_rest, wanted_work(), to_tell);
   settle_missing(records, true);
-  if (to_tell) to_tell->settle(lists);
+  if (to_tell) to_tell->commit();
 }
 
 // Collective. All MPI ranks agree on what any of them has found in its pairs; warns of overlaps, and again when there are

@@ -247,8 +247,8 @@ class PairData : protected Pointers {
   void settle_missing(BondStore &records, bool moves)
   {
     if (!missing_due) return;
-    const auto found = histories.settle_missing(
-        records, moves && records.has_history() ? &records : nullptr, volume());
+    const auto found =
+        histories.settle_missing(records, moves && records.has_history() ? &records : nullptr);
     if (work) {
       work->forget_missing();
       work->take_missing(found.held, found.dissipated, rules.breaks() && moves);

@@ -319,7 +319,8 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   svector[4] = work;
 
   if (pair_data.volume() && factor_lj != 0.0)
-    fforce = pair_data.volume()->force(i, j, d, law.row.alpha, pair.is_bond) / d;
+    fforce =
+        pair_data.volume()->force(i, j, d, law.row.alpha, pair.is_bond && rsq <= pair.cutsq) / d;
   if (!acts) return 0.0;
   fforce += now.force / d;
   if (pair_data.damping_acts() && (comm->ghost_velocity || velocities_sent)) {

@@ -62,8 +62,7 @@ void PairHistories::break_bonds(const std::vector<int> &broken, PairWork *work,
     if (work)
       work->add_broken(rank_share(bond.j, lists.nreact) *
                        coefficients.law(bond.law).state(ratio, bond).stored.total());
-    if (volume)
-      volume->pair_leaves(lists, i, bond.j, 1.0 / bond.inv_deq, 1.0 / lists.bonds.inv_dlim[k]);
+    if (volume) volume->pair_leaves(lists, i, bond.j, 1.0 / lists.bonds.inv_dlim[k]);
     const Span left = rules.of_broken(atom->radius[i] + atom->radius[bond.j], 1.0 / bond.inv_deq);
     if (left.cutoff == 0.0) continue;
     demand_room(contacts, 1, error);
@@ -203,9 +202,8 @@ PairHistories::Missing PairHistories::settle_missing(const BondStore &store, Bon
                                    {1.0 / bond.deq, rules.flow_of_bonds(), {before.q, before.k}});
     found.held += 0.5 * at.stored.total();    // a bond of two MPI ranks counts half on each
     found.dissipated += 0.5 * at.dissipated;
+    if (volume) volume->far_bond_leaves(one.i, bond.deq, law.row.alpha, one.radius);
     if (!moved) continue;
-    if (rules.breaks() && volume)
-      volume->far_bond_leaves(one.i, bond.deq, law.row.alpha, one.radius);
     const double work = before.work + at.dissipated;
     moved->take(one.i, one.slot,
                 rules.breaks() ? PairHistory{0.0, 0.0, work, 1.0}

@@ -70,8 +70,8 @@ class PairHistories : protected Pointers {
   };
 
   /// They have flowed up to their cutoffs, or have broken where bonds break, whether or not the list saw them pass.
-  /// moved: the same records, nullptr: they stay as they are. volume: as in commit().
-  Missing settle_missing(const BondStore &, BondStore *moved, VolumeForces *volume) const;
+  /// moved: the same records, nullptr: they stay as they are. volume: is told of bonds that will break, nullptr without.
+  Missing settle_missing(const BondStore &, BondStore *moved, VolumeForces *volume = nullptr) const;
 
   double memory_usage() const { return bytes_of(past, newly_broken); }
 

@@ -31,11 +31,13 @@ std::shared_ptr<VolumeForces> VolumeForces::find(const Modify *modify)
 }
 
 void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, const BondStore &store,
-                        const Coefficients &coefficients)
+                        const Coefficients &coefficients, const PairRules &rules)
 {
   within = store.within;
   zone = store.zone;
-  for (Values &values : leaving) values.clear();
+  bonds_break = rules.breaks();
+  leaving.clear();
+  far.clear();
   const double reaches_now = sum_of_reaches(coefficients);
   const bool is_new = store.version() != version || reaches_now != reaches;
   reaches = reaches_now;
@@ -105,6 +107,8 @@ void VolumeForces::fill_gaps(const PairLists &lists, bool at_rest_only)
 // shares at deq, and is that of the bonds which are left where nothing else has changed it
 void VolumeForces::lose_partners(Record &record, const NeighborDensity &left)
 {
+  constexpr double ROUND_OFF = 1e-12;
+  if (std::fabs(record.at_rest.rho - left.rho) <= ROUND_OFF * record.at_rest.rho) return;
   VolumeReference &reference = record.reference;
   reference.gap = std::max(0.0, reference.gap + (record.at_rest.rho - left.rho));
   reference.own = {left.rho + (reference.own.rho - record.at_rest.rho),
@@ -113,21 +117,9 @@ void VolumeForces::lose_partners(Record &record, const NeighborDensity &left)
   record.at_rest = left;
 }
 
-void VolumeForces::leave(int i, const NeighborDensity &now, const NeighborDensity &at_rest)
+void VolumeForces::pair_leaves(PairLists &lists, int i, int j, double dlim) const
 {
-  for (Values &values : leaving) values.resize(has_bonds.size(), 0.0);
-  leaving[0][2 * (size_t) i] += now.rho;
-  leaving[0][2 * (size_t) i + 1] += at_rest.rho;
-  leaving[1][2 * (size_t) i] += at_rest.slope;
-}
-
-void VolumeForces::pair_leaves(PairLists &lists, int i, int j, double deq, double dlim)
-{
-  NeighborDensity now{}, at_rest{};
-  now.add(std::sqrt(PairGeometry(scene::rows(atom->x), i, j).dsq), dlim);
-  at_rest.add(deq, dlim);
-  leave(i, now, at_rest);
-  if (j < lists.nreact) leave(j, now, at_rest);
+  if (!(dlim > 0.0)) return;
   demand_room(lists.fresh, 1, error);
   lists.fresh.set(lists.fresh.size(), j, dlim);
   lists.fresh.add_row(i, 1);
@@ -135,27 +127,73 @@ void VolumeForces::pair_leaves(PairLists &lists, int i, int j, double deq, doubl
 
 void VolumeForces::far_bond_leaves(int i, double deq, double alpha, double partner_radius)
 {
-  NeighborDensity at_rest{};
-  at_rest.add(deq, reach(alpha) * (atom->radius[i] + partner_radius));
-  leave(i, {}, at_rest);
+  far.push_back({i, {}});
+  far.back().at_rest.add(deq, reach(alpha) * (atom->radius[i] + partner_radius));
 }
 
-void VolumeForces::settle(const PairLists &lists)
+// Collective. Bonds past their cutoff break at the end of the step. They count as new pairs at once, so that the next set-up
+// finds the same forces
+void VolumeForces::find_leaving(const PairLists &lists)
 {
-  if (!on_any(!leaving[0].empty(), world)) return;
-  for (Values &values : leaving) {
-    values.resize(has_bonds.size(), 0.0);
-    exchange.reverse_comm(values);
+  leaving.clear();
+  if (!on_any(!past.empty() || !far.empty(), world)) return;
+  // per atom: density now and at rest; slope at rest and the number of bonds
+  std::array<Values, 2> shares = {Values(densities.size(), 0.0), Values(densities.size(), 0.0)};
+  const auto add = [&](int i, const NeighborDensity &now, const NeighborDensity &at_rest) {
+    shares[0][2 * (size_t) i] += now.rho;
+    shares[0][2 * (size_t) i + 1] += at_rest.rho;
+    shares[1][2 * (size_t) i] += at_rest.slope;
+    shares[1][2 * (size_t) i + 1] += 1.0;
+  };
+  for (const FarBond &bond : far) add(bond.i, {}, bond.at_rest);
+  for (const int k : past) {
+    const int i = lists.bonds.owner_of(k), j = lists.bonds.j[k];
+    const double dlim = 1.0 / lists.bonds.inv_dlim[k];
+    if (!(dlim > 0.0)) continue;
+    NeighborDensity now{}, at_rest{};
+    now.add(std::sqrt(PairGeometry(scene::rows(atom->x), i, j).dsq), dlim);
+    at_rest.add(1.0 / lists.bonds.inv_deq[k], dlim);
+    add(i, now, at_rest);
+    if (j < lists.nreact) add(j, now, at_rest);
+    demand_room(active, 1, error);
+    active.set(active.size(), j, dlim);
+    active.add_row(i, 1);
   }
+  for (Values &values : shares) exchange.reverse_comm(values);
+
   for (int i = 0; i < lists.nlocal; i++) {
-    const double now = leaving[0][2 * (size_t) i], rest = leaving[0][2 * (size_t) i + 1];
-    Record &record = records[i];
-    if (rest == 0.0 || !has_strain(i)) continue;
-    record.reference = VolumeLaw::without(record.reference, density(i), now);
-    record.at_rest.rho -= rest;
-    record.at_rest.slope -= leaving[1][2 * (size_t) i];
+    const double *const density_of = &shares[0][2 * (size_t) i],
+                        *const rest_of = &shares[1][2 * (size_t) i];
+    if (rest_of[1] == 0.0 || !has_strain(i)) continue;
+    const Record &own = records[i];
+    leaving.push_back({i,
+                       VolumeLaw::without(own.reference, density(i), density_of[0]),
+                       {own.at_rest.rho - density_of[1], own.at_rest.slope - rest_of[0]}});
+    densities[2 * (size_t) i] -= density_of[0];
+    densities[2 * (size_t) i + 1] += density_of[0];
   }
-  for (Values &values : leaving) values.clear();
+}
+
+void VolumeForces::commit()
+{
+  for (const Leaving &now : leaving) {
+    records[now.i].reference = now.reference;
+    records[now.i].at_rest = now.at_rest;
+  }
+  leaving.clear();
+  far.clear();
+}
+
+const VolumeReference &VolumeForces::reference(int i) const
+{
+  if (!leaving.empty()) {
+    const auto at =
+        std::lower_bound(leaving.begin(), leaving.end(), i, [](const Leaving &one, int other) {
+          return one.i < other;
+        });
+    if (at != leaving.end() && at->i == i) return at->reference;
+  }
+  return records[i].reference;
 }
 
 // 0 of no pair, which a pair of another style is
@@ -268,10 +306,13 @@ void VolumeForces::take_gaps(std::vector<Record> &taken) const
 void VolumeForces::evaluate(const PairLists &lists, const ParticleView &view)
 {
   densities.assign(VolumePasses::WIDTH * (size_t) lists.nall, 0.0);
-  VolumePasses::add_densities(lists.bonds, lists.bonds.inv_dlim, view, densities.data());
+  past.clear();
+  VolumePasses::add_densities(lists.bonds, lists.bonds.inv_dlim, view, densities.data(),
+                              bonds_break ? &past : nullptr);
   VolumePasses::find_active(lists.fresh, view, active);
   VolumePasses::add_densities(active, active.inv_deq, view, densities.data() + 1);
   exchange.reverse_comm(densities);
+  if (bonds_break) find_leaving(lists);
 
   pulls.resize(densities.size());
   energy_here = 0.0;

@@ -64,7 +64,8 @@ class VolumeForces : protected Pointers {
   // what the pairs call
 
   /// Collective. Takes the pairs of a neighbor list, and the references of new bonds.
-  void pack(const NeighList *, PairLists &, const BondStore &, const Coefficients &);
+  void pack(const NeighList *, PairLists &, const BondStore &, const Coefficients &,
+            const PairRules &);
 
   /// Collective. Strains and energies at the present positions.
   void evaluate(const PairLists &, const ParticleView &);
@@ -73,15 +74,14 @@ class VolumeForces : protected Pointers {
     evaluate(lists, {scene::rows(atom->x), nullptr, nullptr, lists.nreact});
   }
 
-  /// A bond breaks: the references of both atoms lose its present share at the next settle(), and it counts as a pair that
-  /// was never recorded.
-  void pair_leaves(PairLists &, int i, int j, double deq, double dlim);
+  /// The pair of a bond that breaks counts as one that was never recorded.
+  void pair_leaves(PairLists &, int i, int j, double dlim) const;
 
-  /// The same for own atom i of a bond past the end of the neighbor list, which has no share there.
+  /// A bond of own atom i that is past the end of the neighbor list breaks at the end of the step. Void with the next pack().
   void far_bond_leaves(int i, double deq, double alpha, double partner_radius);
 
-  /// Collective. The pairs leave that broke after the last evaluate(), at whose positions the atoms are.
-  void settle(const PairLists &);
+  /// At the end of a step: the references lose the bonds that break, as evaluate() has found them.
+  void commit();
 
   /// After evaluate(), see VolumePasses: what adds the forces of bonds to those that they have, and those of all
   /// other pairs.
@@ -126,7 +126,7 @@ class VolumeForces : protected Pointers {
 
   double memory_usage() const
   {
-    return active.memory_usage() + bytes_of(densities, pulls, has_bonds, leaving[0], leaving[1]);
+    return active.memory_usage() + bytes_of(densities, pulls, has_bonds, past, far, leaving);
   }
 
  private:
@@ -146,8 +146,21 @@ class VolumeForces : protected Pointers {
   double zone = 0.0;                     // of the store
   Values densities, pulls, has_bonds;    // of all atoms and ghosts
   double energy_here = 0.0;
-  // of the pairs that leave, of all atoms and ghosts: density now and at rest; slope at rest and 0. Empty without.
-  std::array<Values, 2> leaving;
+
+  struct FarBond {
+    int i;
+    NeighborDensity at_rest;
+  };
+  /// What an own atom keeps of its references once bonds have broken.
+  struct Leaving {
+    int i;
+    VolumeReference reference;
+    NeighborDensity at_rest;
+  };
+  bool bonds_break = false;
+  std::vector<int> past;       // bonds past their cutoff at the last evaluate(), where bonds break
+  std::vector<FarBond> far;    // that break at the end of the step
+  std::vector<Leaving> leaving;    // as of the last evaluate(), by i
 
   // what evaluate() found last
   void forget()
@@ -162,7 +175,8 @@ class VolumeForces : protected Pointers {
   {
     return {densities[2 * (size_t) i], densities[2 * (size_t) i + 1]};
   }
-  VolumeState state(int i) const { return law.state(kv_of(i), records[i].reference, density(i)); }
+  VolumeState state(int i) const { return law.state(kv_of(i), reference(i), density(i)); }
+  const VolumeReference &reference(int i) const;
   double pull(int i, int j, size_t of) const
   {
     return pulls[2 * (size_t) i + of] + pulls[2 * (size_t) j + of];
@@ -180,7 +194,7 @@ class VolumeForces : protected Pointers {
   void take_gaps(std::vector<Record> &) const;
   void fill_gaps(const PairLists &, bool at_rest_only);
   static void lose_partners(Record &, const NeighborDensity &left);
-  void leave(int i, const NeighborDensity &now, const NeighborDensity &at_rest);
+  void find_leaving(const PairLists &);
   std::vector<NeighborDensity> at_rest(const BondStore &, const Coefficients &) const;
   bigint sum_of_partners(const BondStore &) const;
   bool are_of(const BondStore &) const;
