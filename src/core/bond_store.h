@@ -68,6 +68,13 @@ class BondStore {
   /// atoms that change later do not change it.
   BondMeasures measures;
 
+  /// Own atoms whose density at rest came with a bond file, for fix evp/volume at the set-up that read it.
+  struct DensityAtRest {
+    int i;
+    double rho, gap;
+  };
+  std::vector<DensityAtRest> densities_at_rest;
+
   /// Most words that an atom of this MPI rank has.
   int most_words() const
   {

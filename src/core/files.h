@@ -9,6 +9,7 @@
 #include "core/text.h"
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <istream>
@@ -128,7 +129,8 @@ inline Row row_from_text(const std::string &text, const std::string &file, const
 //     # EVP bonds COUNT: 2975 UNITS: si
 //     1 17 0.0101234
 //
-// With `within` or `zone` of fix evp/bonds the header has WITHIN: or ZONE: and its word before UNITS:.
+// With `within` or `zone` of fix evp/bonds the header has WITHIN: or ZONE: and its word before UNITS:. With fix evp/volume
+// there may be lines `sphere id rho0 gap` of spheres where bonds have broken, and their number behind SPHERES:.
 // Reads in pieces, whatever the size; every refusal is a BadInput that names the line.
 /// One recorded pair: IDs of its atoms, equilibrium distance [length], and what of it has changed.
 struct BondLine {
@@ -140,13 +142,29 @@ struct BondLine {
   bool has_changed() const { return is_contact || !(history == PairHistory{}); }
 };
 
+/// A sphere whose density at rest is not that of its bonds: its ID, that density and the gap (see VolumeReference).
+struct SphereLine {
+  int64_t id;
+  double rho, gap;
+};
+
+inline std::string sphere_text(const SphereLine &sphere)
+{
+  char text[96];
+  snprintf(text, sizeof(text), "sphere %lld %.17g %.17g\n", (long long) sphere.id, sphere.rho,
+           sphere.gap);
+  return text;
+}
+
 /// The header line, without its end.
 inline std::string bond_header(int64_t count, const std::string &units,
-                               BodyRule within = BodyRule::ALL, double zone = 0.0)
+                               BodyRule within = BodyRule::ALL, double zone = 0.0,
+                               int64_t spheres = 0)
 {
   std::string header = "# EVP bonds COUNT: " + std::to_string(count);
   if (within != BodyRule::ALL) header += std::string(" WITHIN: ") + BODY_RULES[(int) within];
   if (zone > 0.0) header += " ZONE: " + shortest_text(zone);
+  if (spheres > 0) header += " SPHERES: " + std::to_string(spheres);
   return header + " UNITS: " + units;
 }
 
@@ -172,11 +190,14 @@ class BondReader {
   {
     at_next_line([&](const std::string &line) {
       std::vector<std::string> words = split_words(line.substr(line.find('#') + 1));
-      while (words.size() > 6 && (words[4] == "WITHIN:" || words[4] == "ZONE:")) {
+      while (words.size() > 6 &&
+             (words[4] == "WITHIN:" || words[4] == "ZONE:" || words[4] == "SPHERES:")) {
         if (words[4] == "WITHIN:")
           within = parse_body_rule(words[5]);
-        else
+        else if (words[4] == "ZONE:")
           zone = parse_number("ZONE", words[5]);
+        else
+          declared_spheres = parse_whole("SPHERES", words[5], 0);
         words.erase(words.begin() + 4, words.begin() + 6);
       }
       if (line[0] != '#' || words.size() != 6 || words[0] != "EVP" || words[1] != "bonds" ||
@@ -194,6 +215,7 @@ class BondReader {
 
   BodyRule within = BodyRule::ALL;    ///< which atoms were one body when the file was written
   double zone = 0.0;    ///< up to zone (R_i + R_j) pairs were recorded; 0: up to alpha
+  std::vector<SphereLine> spheres;    ///< those read so far
 
   /// Appends up to most bonds; false at the end of the file, where the count must be met.
   bool read(std::vector<BondLine> &bonds, size_t most)
@@ -203,20 +225,27 @@ class BondReader {
     while (more && bonds.size() < before + most)
       more = at_next_line([&](const std::string &line) {
         const std::vector<std::string> words = split_words(line);
-        if (!words.empty()) bonds.push_back(parse_bond(words));
+        if (!words.empty() && words[0] == "sphere")
+          spheres.push_back(parse_sphere(words));
+        else if (!words.empty())
+          bonds.push_back(parse_bond(words));
       });
     seen += bonds.size() - before;
     if (!more && seen != declared)
       throw BadInput("the bond file holds " + std::to_string(seen) + " bonds, its header says " +
                      std::to_string(declared) + ": it is incomplete or was changed (file '" + file +
                      "')");
+    if (!more && (int64_t) spheres.size() != declared_spheres)
+      throw BadInput("the bond file holds " + std::to_string(spheres.size()) +
+                     " spheres, its header says " + std::to_string(declared_spheres) +
+                     ": it is incomplete or was changed (file '" + file + "')");
     return more;
   }
 
  private:
   std::istream &in;
   std::string file;
-  int64_t declared = 0, seen = 0, line_number = 0;
+  int64_t declared = 0, declared_spheres = 0, seen = 0, line_number = 0;
 
   /// Calls take(line); false at the end of the file. The cause stands first in messages: a path may be longer than what
   /// a host program shows.
@@ -246,6 +275,19 @@ class BondReader {
       throw BadInput(key + " must be a whole number of at most 18 digits, at least " +
                      std::to_string(least) + ", got '" + shown(word) + "'");
     return std::stoll(word);
+  }
+
+  static SphereLine parse_sphere(const std::vector<std::string> &words)
+  {
+    if (words.size() != 4)
+      throw BadInput("expected 'sphere id rho0 gap', got " + std::to_string(words.size()) +
+                     " words");
+    const SphereLine sphere = {parse_whole("id", words[1], 1), parse_number("rho0", words[2]),
+                               parse_number("gap", words[3])};
+    if (!std::isfinite(sphere.rho) || !(sphere.gap >= 0.0 && std::isfinite(sphere.gap)))
+      throw BadInput("rho0 must be finite and gap zero or positive, got " + shown(words[2]) +
+                     " and " + shown(words[3]));
+    return sphere;
   }
 
   static BondLine parse_bond(const std::vector<std::string> &words)

@@ -181,6 +181,21 @@ void BondRecording::take_file(const std::string &name, const PairRules &rules)
     }
   }
   throw_together(find_bond_twice(name), world);
+
+  std::vector<SphereLine> spheres;
+  if (reader) spheres = reader->spheres;
+  bigint nspheres = (bigint) spheres.size();
+  MPI_Bcast(&nspheres, 1, MPI_LMP_BIGINT, 0, world);
+  spheres.resize(nspheres);
+  MPI_Bcast(spheres.data(), (int) (spheres.size() * sizeof(SphereLine)), MPI_BYTE, 0, world);
+  for (const SphereLine &sphere : spheres)
+    if (const auto at = own.find(sphere.id); at != own.end())
+      densities.push_back({at->second, sphere.rho, sphere.gap});
+  if (reduce_all((bigint) densities.size(), MPI_SUM, world) != nspheres)
+    throw BadInput("a line 'sphere id rho0 gap' names an atom that is not there, or twice: read "
+                   "the data file that was "
+                   "written with the bond file (bond file " +
+                   name + ")");
 }
 
 // a partner that is there twice has two deq
@@ -220,6 +235,7 @@ void BondRecording::give_to(BondStore &store)
   store.zone = zone;
   store.record(made, atom->tag, sides / 2, highest);
   for (const HistoryOfPair &pair : histories) store.take(pair);
+  store.densities_at_rest = densities;
 }
 
 void BondRecording::report(const BondStore &store, bool bodies_repel) const

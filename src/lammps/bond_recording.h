@@ -42,7 +42,8 @@ class BondRecording : protected Pointers {
   double zone = 0.0;
   std::vector<BondStore::Bonds> made;    // of each local atom
   std::vector<HistoryOfPair> histories;
-  std::string source;                // for users
+  std::vector<BondStore::DensityAtRest> densities;    // from a file
+  std::string source;                                 // for users
   bigint overlaps = 0, loose = 0;    // pairs of two bodies; atoms of the group without a molecule
   int64_t most = 0;                  // records of an atom
 

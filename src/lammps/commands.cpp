@@ -9,6 +9,7 @@
 #include "fix_evp_bonds.h"
 #include "scene.h"
 #include "user_input.h"
+#include "volume_forces.h"
 
 #include "comm.h"
 #include "group.h"
@@ -32,16 +33,17 @@ void WriteEVPBonds::command(int narg, char **arg)
 {
   if (narg != 1) error->all(FLERR, "write_evp_bonds: expected one argument, the file to write");
   const BondStore &records = find_records();
-  bigint count = 0;
-  const std::string text = own_lines(records, count);
+  bigint count = 0, nspheres = 0;
+  const std::string text = own_lines(records, count) + lines_of_spheres(nspheres);
   count = reduce_all(count, MPI_SUM, world);
+  nspheres = reduce_all(nspheres, MPI_SUM, world);
 
   const std::string name = utils::star_subst(arg[0], update->ntimestep, 0);
   // the file appears under its name only when it is whole
   const std::string unfinished = name + ".part";
   FILE *fp = comm->me == 0 ? fopen(unfinished.c_str(), "wb") : nullptr;
   const std::string header =
-      bond_header(count, update->unit_style, records.within, records.zone) + "\n";
+      bond_header(count, update->unit_style, records.within, records.zone, nspheres) + "\n";
   bool good = write_in_order_of_ranks(comm->me == 0 ? header + text : text, fp);
   if (fp) {
     good = fclose(fp) == 0 && good && rename(unfinished.c_str(), name.c_str()) == 0;
@@ -97,6 +99,19 @@ std::string WriteEVPBonds::own_lines(const BondStore &records, bigint &count) co
     text += bond_text(bond, records.has_history());
     count++;
   }
+  return text;
+}
+
+// Where bonds have broken the density at rest cannot be found from the bonds
+std::string WriteEVPBonds::lines_of_spheres(bigint &count) const
+{
+  std::string text;
+  const auto volume = VolumeForces::find(modify);
+  for (int i = 0; volume && i < atom->nlocal; i++)
+    if (const VolumeReference &own = volume->kept_reference(i); own.torn != 0.0) {
+      text += sphere_text({atom->tag[i], own.own.rho, own.gap});
+      count++;
+    }
   return text;
 }
 

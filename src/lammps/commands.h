@@ -18,6 +18,7 @@ class WriteEVPBonds : public Command {
  private:
   const EVP::BondStore &find_records() const;
   std::string own_lines(const EVP::BondStore &, bigint &count) const;
+  std::string lines_of_spheres(bigint &count) const;
   bool write_in_order_of_ranks(const std::string &text, FILE *) const;
 };
 

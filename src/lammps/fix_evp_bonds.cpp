@@ -116,6 +116,7 @@ void FixEVPBonds::check_history() const
 void FixEVPBonds::return_histories()
 {
   if (!bonds->has_history()) return;
+  bonds->densities_at_rest.clear();    // atoms may move to other indices now
   if (PairData *now = PairData::find(force)) now->histories.return_to(*bonds, *this);
   set_exchange_room();
 }

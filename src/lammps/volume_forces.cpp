@@ -6,6 +6,7 @@
 #include "collective.h"
 #include "pair_list_builder.h"
 
+#include "comm.h"
 #include "neigh_list.h"
 #include "neighbor.h"
 
@@ -45,8 +46,8 @@ void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, const Bond
   // the records may have come with a restart file, or the store may be another of the same bonds
   const bool takes = is_new && !on_all(are_of(store), world);
   if (const bigint now = sum_of_partners(store); std::exchange(partners, now) != now || takes) {
-    const std::vector<NeighborDensity> rest = at_rest(store, coefficients);
-    if (takes) take_records(store, rest);
+    const std::vector<NeighborDensity> rest = at_rest(store, coefficients, false);
+    if (takes) take_records(store, rest, at_rest(store, coefficients, true));
     for (int i = 0; i < atom->nlocal; i++) lose_partners(records[i], rest[i]);
   }
 
@@ -239,10 +240,11 @@ bigint VolumeForces::sum_of_partners(const BondStore &store) const
   return reduce_all((bigint) (sum >> 24), MPI_SUM, world);
 }
 
-// Collective. The densities of the bonds of each atom at their deq, but for those that have broken or whose partner, on any
-// MPI rank, is gone or has another pair style
+// Collective. The densities of the bonds of each atom at their deq, but for those whose partner, on any MPI rank, is gone or
+// has another pair style
 std::vector<NeighborDensity> VolumeForces::at_rest(const BondStore &store,
-                                                   const Coefficients &coefficients) const
+                                                   const Coefficients &coefficients,
+                                                   bool with_broken) const
 {
   std::vector<tagint> partners;
   for (int i = 0; i < atom->nlocal; i++)
@@ -254,25 +256,47 @@ std::vector<NeighborDensity> VolumeForces::at_rest(const BondStore &store,
     for (size_t slot = 0; slot < store.of(i).size(); slot++) {
       const Bond &bond = store.of(i)[slot];
       const AtomDirectory::Entry &partner = directory.entries.at((tagint) bond.partner);
-      if (partner.type == 0 || store.is_broken(i, (int) slot)) continue;
+      if (partner.type == 0 || (!with_broken && store.is_broken(i, (int) slot))) continue;
       const double alpha = coefficients.row(atom->type[i], partner.type).alpha;
       if (alpha > 0.0) sums[i].add(bond.deq, reach(alpha) * (atom->radius[i] + partner.radius));
     }
   return sums;
 }
 
-void VolumeForces::take_records(const BondStore &store, const std::vector<NeighborDensity> &at_rest)
+// Where bonds have broken the bond file says what the references were; a fix that is new takes them for what they are at deq
+void VolumeForces::take_records(const BondStore &store,
+                                const std::vector<NeighborDensity> &unbroken,
+                                const std::vector<NeighborDensity> &all)
 {
   std::vector<Record> taken(records.size(), Record{});
   for (int i = 0; i < atom->nlocal; i++) {
     taken[i].sum_deq = sum_of_deq(store.of(i));
     taken[i].reaches = reaches;
-    taken[i].at_rest = taken[i].reference.own = at_rest[i];
-    for (size_t slot = 0; slot < store.of(i).size(); slot++)
-      if (store.is_broken(i, (int) slot)) taken[i].reference.torn = 1.0;
+    taken[i].at_rest = unbroken[i];
+    taken[i].reference.own = all[i];
   }
   take_gaps(taken);
+  std::vector<char> is_known(atom->nlocal, 0);
+  for (const auto &one : store.densities_at_rest) is_known[one.i] = 1;
+  bigint unknown = 0;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (size_t slot = 0; slot < store.of(i).size(); slot++)
+      if (store.is_broken(i, (int) slot)) {
+        VolumeReference &own = taken[i].reference;
+        own = {{unbroken[i].rho, own.own.slope}, own.gap + own.own.rho - unbroken[i].rho, 1.0};
+        unknown += !is_known[i];
+        break;
+      }
+  for (const auto &[i, rho, gap] : store.densities_at_rest)
+    taken[i].reference = {{rho, taken[i].reference.own.slope}, gap, 1.0};
   records.swap(taken);
+  unknown = reduce_all(unknown, MPI_SUM, world);
+  if (unknown > 0 && comm->me == 0)
+    error->warning(FLERR,
+                   "{}: the densities at rest of {} atoms whose bonds have broken are not known, "
+                   "and are taken from the bonds that are left: define the fix before the first "
+                   "run, and right after read_restart",
+                   who, unknown);
 }
 
 // Collective. The gap of each atom to the mean of its type, of those that are not at a surface: these have a slope far below

@@ -122,6 +122,9 @@ class VolumeForces : protected Pointers {
   double energy(int i) const { return state(i).energy; }
   double energy() const { return energy_here; }
 
+  /// Of a local atom, as of the last commit().
+  const VolumeReference &kept_reference(int i) const { return records[i].reference; }
+
   VolumeStiffness stiffness(int i) const { return state(i).stiffness; }
 
   double memory_usage() const
@@ -190,12 +193,14 @@ class VolumeForces : protected Pointers {
   // pairs that no zone recorded count as little as the bonds that are not there
   double reach(double alpha) const { return zone > 0.0 ? std::min(zone, alpha) : alpha; }
   double dlim(const Coefficients &, int i, int j, bool is_bond) const;
-  void take_records(const BondStore &, const std::vector<NeighborDensity> &at_rest);
+  void take_records(const BondStore &, const std::vector<NeighborDensity> &unbroken,
+                    const std::vector<NeighborDensity> &all);
   void take_gaps(std::vector<Record> &) const;
   void fill_gaps(const PairLists &, bool at_rest_only);
   static void lose_partners(Record &, const NeighborDensity &left);
   void find_leaving(const PairLists &);
-  std::vector<NeighborDensity> at_rest(const BondStore &, const Coefficients &) const;
+  std::vector<NeighborDensity> at_rest(const BondStore &, const Coefficients &,
+                                       bool with_broken) const;
   bigint sum_of_partners(const BondStore &) const;
   bool are_of(const BondStore &) const;
   double sum_of_reaches(const Coefficients &) const;

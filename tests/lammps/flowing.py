@@ -22,6 +22,7 @@ class Pairs(NamedTuple):
     k: dict = {}
     work: dict = {}
     broken: dict = {}
+    spheres: dict = {}  # {(id, column): value} where bonds have broken beside fix evp/volume
 
     def of(self, kind):
         return [key for key, broken in self.broken.items() if broken == kind]
@@ -43,18 +44,22 @@ MOVE = "fix move all nve\ntimestep 3e-7\nthermo 10\n" + SUMS + thermo(COLUMNS)
 def read_pairs(path):
     """Also of a file without history, whose columns but deq are empty."""
     lines = [line.split() for line in path.read_text(encoding="utf-8").splitlines()[1:]]
+    spheres = {(int(words[1]), k): float(words[k]) for words in lines if words[0] == "sphere" for k in (2, 3)}
+    lines = [words for words in lines if words[0] != "sphere"]
     keys = [(int(i), int(j), values[-1] == "2") for i, j, *values in lines]
     columns = np.array([words[2:] for words in lines], dtype=float).T
-    found = Pairs(*(dict(zip(keys, column)) for column in columns))
+    found = Pairs(*(dict(zip(keys, column)) for column in columns), spheres=spheres)
     assert len(found.deq) == len(lines), "a pair is there twice"
     return found
 
 
 def largest_difference(one, other):
     """Of two bond files, in units of the largest value of each column."""
-    assert set(one.deq) == set(other.deq)
+    assert set(one.deq) == set(other.deq) and set(one.spheres) == set(other.spheres)
     worst = 0.0
     for own, others in zip(one, other):
+        if not others:
+            continue
         a, b = np.array([own[key] for key in others]), np.array(list(others.values()))
         worst = max(worst, np.abs(a - b).max() / max(np.abs(b).max(), 1e-300))
     return worst

@@ -90,7 +90,8 @@ def start(feature, newton="on", source="body.data", **options):
 
 def motion(feature, layout="", stir=""):
     columns = f"pe ke pxx pyz f_bonds f_bonds[*] {ENERGY} c_dt {feature.columns}"
-    return (layout + "fix energy all evp/energy\n" + feature.more + stir + feature.move + "timestep 3e-7\nthermo 20\ncompute dt all evp/dt\n"
+    # the layout moves atoms, which a fix must not miss after read_restart
+    return ("fix energy all evp/energy\n" + feature.more + layout + stir + feature.move + "timestep 3e-7\nthermo 20\ncompute dt all evp/dt\n"
             + f"compute state all evp/state/atom {feature.state}\n" + thermo(columns))
 
 
@@ -124,7 +125,7 @@ def end_of(run):
     bonds = read_pairs(run.folder / "end.bonds")
     keys = sorted(bonds.deq)
     found["bonds"] = np.array(keys, dtype=float)
-    found.update({f"bonds {name}": np.array([values[key] for key in keys]) for name, values in bonds._asdict().items() if values})
+    found.update({f"bonds {name}": np.array([values[key] for key in (keys if name != "spheres" else sorted(values))]) for name, values in bonds._asdict().items() if values})
     return found, (run.folder / "end.bonds").read_text(encoding="utf-8").partition("\n")[0].partition("WITHIN")[2]
 
 
