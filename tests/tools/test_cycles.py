@@ -222,7 +222,8 @@ def test_departure_from_a_target(tmp_path, text, sign, expected):
     "Strain (%);Stress / MPa;\r\n0;0,0;\r\n1,25;115,13;\r\n", '"Strain, %","Stress, MPa"\n"0,00","0,0"\n"1,25","115,13"\n',
     '"Time","Tensile strain","Tensile stress"\n"(s)","(mm/mm)","(MPa)"\n"0","0,00","0,0"\n"1","0,0125","115,13"\n',
     "Test 17\nDate;2020-01-01\nStrain rate [1/s];stress [N/mm\u00b2];strain [%]\n1;0;0\n1;115,13;1,25\n", "Strain / % Stress / GPa Time / s\n0 0 0\n1.25 0.11513 7\n",
-    "strain [\u00b5m/m]\tstress in kPa\n0\t0\n12500\t115130\n", "strain_percent,stress_MPa\n0 0\n1.25 115.13\n", "stress,strain_percent\n0,0\n115.13e6,1.25"])
+    "strain [\u00b5m/m]\tstress in kPa\n0\t0\n12500\t115130\n", "strain_percent,stress_MPa\n0 0\n1.25 115.13\n", "stress,strain_percent\n0,0\n115.13e6,1.25",
+    "# a metal\n# strain_percent stress_MPa\n0 0\n1.25 115.13\n"])
 @pytest.mark.parametrize("code", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
 def test_files_of_testing_machines_and_spreadsheets(tmp_path, text, code):
     """Units, other columns, decimal commas; with line ends or not."""
@@ -254,6 +255,8 @@ BAD_TARGETS = {
     "strain\tstress_MPa\n0\t0\n0.01\t1,151.3\n": "bad.csv has numbers with commas and numbers with points",
     "strain;stress [Pa]\n0;0\n1;1,151\n": "bad.csv: '1,151' may have a decimal comma or one that groups thousands",
     "strain,stress [kgf/mm2]\n0,0\n": "column 'stress [kgf/mm2]': the unit 'kgf/mm2' is none of Pa", "strain,stress [mPa]\n0,0\n": "the unit 'mPa' is none of",
+    "strain,stress_Nmm2\n0,0\n": "column 'stress_Nmm2': its unit cannot be told: call it stress, in Pa", "% strain,stress\n0,0\n": "its unit cannot be told",
+    "PK\x03\x04\0\0": "bad.csv is no text file: save the curve as a CSV",
     "strain,force [N]\n0,0\n": "must name a column of stress, such as stress [MPa]", "true strain,true stress [MPa]\n0,0\n": "nominal values are asked for",
     "plastic strain,stress [MPa]\n0,0\n": "must name a column of strain", "strain,stress A,stress B\n0,0,0\n": "several columns of stress: stress A, stress B; leave one",
     "0.5,1\n": "pull.csv: the curve goes from strain 0 to 0.02 and reaches no row of the target",

@@ -10,6 +10,7 @@ vibration out. The rows are in the order of the way; the strain goes one way bet
 jitters. None: turns(strain).
 """
 
+import contextlib
 import csv
 import itertools
 import pathlib
@@ -46,6 +47,7 @@ UNITS = {
                "ksi": 6894757.293168},
 }
 PREFERRED = ("strain", "stress", "stress_virial", "stress_grip")  # of several columns of one quantity
+PLAIN = {"nominal", "engineering", "true", "total", "tensile", "compressive", "axial", "grip", "virial", "gauge"}  # words of a name that are no unit
 QUALIFIED = ("plastic", "elastic", "shear", "lateral", "transverse", "rate")  # a column of another quantity
 NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
 COMMA_NUMBER = re.compile(r"[-+]?\d+(,\d+)?([eE][-+]?\d+)?")
@@ -124,14 +126,12 @@ def read_columns(path, wanted, remedy=None, optional=()):
 def _lines(path):
     """(lines of a text file in any usual encoding, whether the last one has no line end)."""
     content = pathlib.Path(path).read_bytes()
-    codes = ("utf-16",) if content[:2] in (b"\xff\xfe", b"\xfe\xff") else ("utf-8-sig", "cp1252", "latin-1")
+    codes = ("utf-16",) if content[:2] in (b"\xff\xfe", b"\xfe\xff") else ("utf-8-sig", "cp1252")
+    text = None
     for code in codes:
-        try:
-            text = content.decode(code)
-            break
-        except UnicodeDecodeError:
-            continue
-    else:
+        with contextlib.suppress(UnicodeDecodeError):
+            text = content.decode(code) if text is None else text
+    if text is None or "\0" in text:
         raise CurveError(f"{path} is no text file: save the curve as a CSV")
     return text.splitlines(), bool(text) and text[-1] not in "\r\n"
 
@@ -388,6 +388,7 @@ def read_points(path, is_true=False):
     CurveError names the file and what is wrong; OSError where it cannot be read.
     """
     lines, unfinished = _lines(path)
+    comments = [line.strip().lstrip("#") for line in itertools.takewhile(lambda line: not line.strip() or line.lstrip().startswith("#"), lines)]
     lines = [line.strip("\r\n ") for line in lines if line.strip(" \t;,") and not line.lstrip().startswith("#")]
     if not lines:
         raise CurveError(f"{path} is empty: a target has rows strain,stress")
@@ -395,15 +396,18 @@ def read_points(path, is_true=False):
     rows = lines[len(head) :]
     separator = _separator(rows)
     rows = [_fields(line, separator) for line in rows]
+    if not head:  # a comment may be the header
+        head = [line for line in comments if all(re.search(rf"\b{quantity}", line, re.I) for quantity in UNITS)][-1:]
     names = _names(path, head, len(rows[0]) if rows else 2)
     rows = [row[: len(names)] + [word for word in row[len(names) :] if word] for row in rows]  # a line may end with separators
-    if unfinished and rows and (len(rows[-1]) < len(names) or "" in rows[-1] or any(name in ("stress_virial", "stress_grip") for name in names)):
+    columns = [_column(path, names, quantity, is_true) for quantity in UNITS]
+    if unfinished and rows and (len(rows[-1]) < len(names) or "" in rows[-1] or "stress_virial" in names):  # of a run, which ends each line
         rows.pop()
         note(f"{path}: its last line has no line end and is left out: it was cut off")
     elif unfinished and rows:
-        note(f"{path}: its last line has no line end and is taken as it stands, strain and stress {' '.join(rows[-1][:2])}: check that no digit is missing")
+        ends = [f"{names[place]} {rows[-1][place]}" for place, _ in columns]
+        note(f"{path}: its last line has no line end and is taken as it stands, {', '.join(ends)}: check that no digit is missing")
     _check_widths(path, rows, len(names), separator)
-    columns = [_column(path, names, quantity, is_true) for quantity in UNITS]
     words = [[row[place] for place, _ in columns] for row in rows]
     text = [word for row in words for word in row]
     if any("," in word for word in text):
@@ -491,6 +495,9 @@ def _column(path, names, quantity, is_true):
             raise CurveError(f"{path} has several columns of {quantity}: {', '.join(names[k] for k in found)}; leave one")
         found = [preferred]
     (words, unit), units = split[found[0]], UNITS[quantity]
+    if not unit and ("%" in names[found[0]] or set(words) - PLAIN - {quantity}):
+        raise CurveError(f"{path}: column '{names[found[0]]}': its unit cannot be told: call it {quantity}, in {'1' if quantity == 'strain' else 'Pa'}, or put the unit "
+                         f"behind, such as {quantity} {'[%]' if quantity == 'strain' else '[MPa]'}")
     if unit not in units:
         raise CurveError(f"{path}: column '{names[found[0]]}': the unit '{unit}' is none of {', '.join(filter(None, units))}")
     if is_true and {"nominal", "engineering", "eng"} & set(words) or not is_true and "true" in words:
