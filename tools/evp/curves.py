@@ -47,7 +47,7 @@ UNITS = {
                "ksi": 6894757.293168},
 }
 PREFERRED = ("strain", "stress", "stress_virial", "stress_grip")  # of several columns of one quantity
-PLAIN = {"nominal", "engineering", "true", "total", "tensile", "compressive", "axial", "grip", "virial", "gauge"}  # words of a name that are no unit
+PLAIN = {"nominal", "engineering", "eng", "true", "total", "tensile", "compressive", "axial", "grip", "virial", "gauge"}  # words of a name that are no unit
 QUALIFIED = ("plastic", "elastic", "shear", "lateral", "transverse", "rate")  # a column of another quantity
 NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
 COMMA_NUMBER = re.compile(r"[-+]?\d+(,\d+)?([eE][-+]?\d+)?")
@@ -117,10 +117,12 @@ def read_columns(path, wanted, remedy=None, optional=()):
         note(f"{path}: its last line has no line end and is left out: the file was cut off, or is being written. If that line is whole, end it with a line end")
     try:
         there = [*wanted, *(name for name in optional if name in names)]
-        _check_widths(path, lines[1:], len(names), ",")
+        _check_widths(path, [line for line in lines[1:] if len(line) > len(names)], len(names), ",")
         return {name: np.array([float(line[names.index(name)]) for line in lines[1:]]) for name in there}
-    except ValueError as error:
-        raise error if isinstance(error, CurveError) else CurveError(f"{path} holds a damaged line: {error}") from error
+    except CurveError:
+        raise
+    except (ValueError, IndexError) as error:
+        raise CurveError(f"{path} holds a damaged line: {error}") from error
 
 
 def _lines(path):
