@@ -4,10 +4,13 @@
 
   calibrate.py --E 70e9 --yield 95e6 --stress 150e6@0.05 --density 2700 --name mine --out mine.evp
   calibrate.py ... --stress 120e6@0.02 --stress 150e6@0.05   two stresses or more: hardening that saturates
-  calibrate.py --E 70e9 --curve test.csv --true ...          a measured curve instead: columns strain and stress [Pa] or stress_MPa
+  calibrate.py --E 70e9 --curve test.csv --true ...          a measured curve instead: columns of strain and stress with units
   calibrate.py ... --nu 0.33                                 Poisson's ratio, by fix evp/volume (kv in the row); 0.3 unless told otherwise
   calibrate.py ... --rate 5e6@100                            and an over-stress of 5 MPa at 100/s, by damping (gamma in the row)
   calibrate.py ... --body bar.data                           for this body instead of a cylinder of 2000 spheres: in it the row meets the targets
+
+A measured curve is one loading from rest on, as a target of curves.py table, nominal unless --true. Where strains repeat or fall, or the stress has
+noise, consecutive rows are averaged, and it prints how many points are left and the noise.
 
 SI units. Stresses and strains are nominal (force over the initial cross-section), as in the output of the decks; a true stress s at a
 true strain e is s exp(-e) at exp(e) - 1, which --true does for a curve. --yield is the 0.2 % offset yield stress. Negative strains mean

@@ -22,8 +22,10 @@ at zero stress, of what sprang back the elastic part, stress over unloading modu
 unloading (less where the body flows back before), and area of the last loop.
 `table` prints one line per curve, also in compression or with unloading: E, yield stress and stresses of the first loading, residual
 strain, unloading modulus, the area of each loop; '-' where a curve has no such number. Stresses are
-fitted over +-0.0006 of strain, or interpolated where the rows are farther apart. A target has rows strain,stress in Pa, or a first line
-with strain or strain_percent, and stress or stress_MPa; the differences of the first loading from it are taken at its rows.
+fitted over +-0.0006 of strain, or interpolated where the rows are farther apart. A target has rows strain,stress in Pa, or a line above that
+names its columns, of strain and stress with their units (strain_percent,stress_MPa; Strain [%];Stress / MPa) and any others, apart by commas,
+semicolons, tabs or blanks; decimal commas where commas are not between the columns. The differences of the first loading from it are taken
+at its rows, with the same fit of both where the target has three rows in this range.
 """
 
 import math
@@ -103,7 +105,10 @@ def evaluated(args, numbers):
     low, high = getattr(args, "fit", None) or (0.0, 1.0)
     if not 0.0 <= low < high < math.inf:
         raise ValueError(f"the range of E must be 0 <= low < high, got {low:g} {high:g}")
-    read = {path: (curves.read_curve(path, args.strain), curves.turns(curves.read_curve(path).strain)) for path in dict.fromkeys(args.curves)}
+    read = {}
+    for path in dict.fromkeys(args.curves):
+        curve = curves.read_curve(path, args.strain)
+        read[path] = curve, curves.turns((curve if args.strain == "strain" else curves.read_curve(path)).strain)
     found = {path: curves.named(path, numbers, curve, turns) for path, (curve, turns) in read.items()}
     for path, line in found.items():
         if curves.load_of(path).deck in ("in.torsion", "in.bending"):  # stress and strain of the surface
@@ -164,8 +169,8 @@ def show_table(args):
     target = curves.read_target(args.target) if args.target else None
     if args.csv:
         check_not_read("--csv", args.csv, [*args.curves, *filter(None, [args.target])])
-    found = evaluated(args, lambda curve, turns: curves.table_numbers(curve, args.fit, places, turns))[1]
-    apart = evaluated(args, lambda curve, turns: curves.departure(curve, target, turns))[1] if target else {}
+    read, found = evaluated(args, lambda curve, turns: curves.table_numbers(curve, args.fit, places, turns))
+    apart = {path: curves.named(path, curves.departure, curve, target, turns) for path, (curve, turns) in read.items()} if target else {}
     stresses = [f"stress_at_{at:g}_MPa" for at in places]
     areas = list(dict.fromkeys(name for line in found.values() for name in line if name.startswith("area_")))
     for line in found.values():

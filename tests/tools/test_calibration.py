@@ -239,6 +239,52 @@ def test_a_measured_curve(tmp_path, sign, is_true, column, unit):
     check(Targets(73e9, first, points, 2770.0, 0.33, ((1e6, 10.0), (1e8, 1000.0))))  # linear rates over decades, too
 
 
+MODULUS, BEND, SLOPE = 70e9, 100e6, 1e9
+OFFSET_YIELD = MODULUS * ((BEND - SLOPE * BEND / MODULUS + 0.002 * MODULUS) / (MODULUS - SLOPE) - 0.002)  # where the offset line meets
+
+
+def bilinear(strain):
+    return np.minimum(MODULUS * strain, BEND + SLOPE * (strain - BEND / MODULUS))
+
+
+def raw(count, end, strain_noise=0.0, stress_noise=0.0, resolution=0.0, teeth=0.0):
+    """(strain, stress [MPa]) as a machine records them; teeth: amplitude of serrations [MPa]."""
+    random, strain = np.random.default_rng(7), np.linspace(0.0, end, count)
+    stress = 1e-6 * bilinear(strain) * (1.0 + random.normal(0.0, stress_noise, count)) + np.where(strain > 0.004, teeth * (strain / 1.5e-3 % 1.0 - 0.5), 0.0)
+    strain = strain + random.normal(0.0, strain_noise, count)
+    return (np.round(strain / resolution) * resolution if resolution else strain), stress
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("recorded, said", [
+    (raw(400, 0.04, 4e-5, 1e-3), "400 rows are averaged to"), (raw(100000, 0.05, 4e-5, 2e-3), "rows are averaged to"), (raw(400, 0.04, resolution=5e-4), "strains repeat or fall"),
+    (raw(4000, 0.04, 5e-5, resolution=1e-4), "strains repeat or fall"), (raw(400, 0.04, stress_noise=0.01), "the stress has noise: its 400 rows are averaged to"),
+    (raw(1000, 0.05, teeth=5.0), "serrations are averaged"), (raw(1000, 0.05, 2e-5, 2e-3, teeth=5.0), "serrations are averaged")],
+    ids=["extensometer", "many rows", "coarse", "coarse and noise", "load cell", "serrations", "serrations and noise"])
+def test_a_raw_record(tmp_path, capsys, recorded, said, sign):
+    """Noise of the strain, so that it repeats and falls, of the stress, resolution, serrations: the curve behind them."""
+    strain, stress = recorded
+    np.savetxt(tmp_path / "raw.csv", np.column_stack([sign * strain, sign * stress]), fmt=["%.7f", "%.3f"], delimiter=",", header="strain,stress_MPa", comments="")
+    first, points = calibration.read_measured(tmp_path / "raw.csv", MODULUS, False)
+    assert said in capsys.readouterr().out
+    stresses, strains = np.array(points).T
+    assert first == pytest.approx(OFFSET_YIELD, rel=0.01) and stresses == pytest.approx(bilinear(sign * strains), rel=0.01)
+
+
+@pytest.mark.parametrize("noise", [0.0, 4e-5])
+@pytest.mark.parametrize("change, reason", [
+    (lambda e: (np.concatenate([e[:200], np.linspace(0.02, 0.0187, 14), e[187:]]), 200), r"strains that do not grow: row 2\d\d of the numbers goes back"),
+    (lambda e: (e, 30e6), "does not begin at rest: .* MPa at strain .* shift the strains"), (lambda e: (e + 0.001, -70e6), "does not begin at rest")],
+    ids=["loop", "load before", "strain before"])
+def test_what_is_no_single_loading_from_rest_on(tmp_path, change, reason, noise):
+    strain, more = change(0.0001 * np.arange(400))
+    stress = bilinear(strain) if more == 200 else bilinear(strain) + more if more > 0.0 else bilinear(strain - 0.001)
+    strain = strain + np.random.default_rng(3).normal(0.0, noise, len(strain)) if noise else strain
+    np.savetxt(tmp_path / "raw.csv", np.column_stack([strain, 1e-6 * stress]), fmt="%.7f", delimiter=",", header="strain,stress_MPa", comments="")
+    with pytest.raises(ValueError, match=reason):
+        calibration.read_measured(tmp_path / "raw.csv", MODULUS, False)
+
+
 @pytest.mark.parametrize("text, reason", [
     ("strain,stress\n0,0\n", "fewer than three points"), ("strain,stress\n0,0\n0.1,nan\n0.2,1e8\n", "number that is not finite"), ("a,b\n0,0\n", "must name a column of strain"),
     ("strain,stress\n0,0\n0.002,1.4e8\n0.001,2e8\n", "do not grow"), ("strain,stress_MPa\n0,0\n0.001,70\n0.002,80\n", "does not reach twice"),

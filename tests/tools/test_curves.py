@@ -7,7 +7,7 @@ import curves as tool
 import inputs
 import numpy as np
 import pytest
-from evp import curves, figures
+from evp import curves, figures, specimen
 
 # A bilinear curve: slope E to the strain BEND, slope H beyond. The line offset by 0.2 % meets it
 # where E BEND + H (s - BEND) = E (s - 0.002).
@@ -119,7 +119,8 @@ HEAD = "strain,stress_grip,stress_virial\n"
 @pytest.mark.parametrize("text, message", [
     ("", "bad.csv has no column strain"),
     ("strain,force\n0,0\n1,1\n", "bad.csv has no column stress_virial; its first line must be strain,stress_virial"),
-    (HEAD + "0,0,0\n", "bad.csv holds 1 rows: no curve"), (HEAD + "0,0,0\n1,1\n", "damaged line"), (HEAD + "0,0,0\n1,1,one\n", "damaged line"),
+    (HEAD + "0,0,0\n", "bad.csv holds 1 rows: no curve"), (HEAD + "0,0,0\n1,1\n", "damaged line"),
+    ("strain,stress_virial\n0,0,0,0\n0,1,1,5\n", "where the comma is the decimal sign"), (HEAD + "0,0,0\n1,1,one\n", "damaged line"),
     (HEAD + "0,0,0\n1,1,nan\n", "bad.csv holds a number that is not finite: the run was unstable"),
     (bilinear(end=0.001), "it ends at strain 0.001: pull farther or in smaller increments, or give the range (--fit)"),
     (rounded(0.0004 * E, step=0.0005), "elastic part has fewer than three rows"),
@@ -135,6 +136,40 @@ def test_files_that_hold_no_curve(tmp_path, text, message):
     failed = command("numbers", path)
     assert failed.returncode == 1 and failed.stderr.startswith("curves.py: error: ") and len(failed.stderr.splitlines()) == 1
     assert message in failed.stderr, failed.stderr
+
+
+@pytest.mark.parametrize("rest", ["0.0055,109000000,10", "0.0055,109000000,10,0.0055", "0.00"])
+def test_a_last_line_that_was_cut_off_is_left_out(tmp_path, rest):
+    """Within a number, with all columns or not."""
+    whole = inputs.curve_file(tmp_path / "run.csv", bilinear(end=0.004))
+    shown, text = command("numbers", whole), whole.read_text(encoding="utf-8")
+    assert not notes(shown)
+    whole.write_text(text + ",".join(rest.split(",")[: text.splitlines()[0].count(",") + 1]), encoding="utf-8")
+    cut = command("numbers", whole)
+    (note,) = notes(cut)
+    assert "run.csv: its last line has no line end and is left out" in note and shown.stdout in cut.stdout
+
+
+@pytest.mark.parametrize("rest, message", [("0.02,1", "is taken as it stands, strain 0.02, stress 1: check"), ("0.02", "is left out"), ("0.02,", "is left out")])
+def test_a_measured_file_may_lack_the_last_line_end(tmp_path, capsys, rest, message):
+    (tmp_path / "test.csv").write_text("strain,stress\n0,0\n0.0125,115e6\n" + rest, encoding="utf-8")
+    strain, _ = curves.read_points(tmp_path / "test.csv")
+    assert message in capsys.readouterr().out and len(strain) == (3 if "taken" in message else 2)
+
+
+def test_bodies_that_were_cut_off_are_refused(tmp_path):
+    """Within their last number."""
+    data = "title\n\n2 atoms\n\n0 1 xlo xhi\n\nAtoms # sphere\n\n1 1 0.1 2700 0.5 0.5 0.5\n2 1 0.1 2700 0.6 0.5 0.55"
+    for text, good in ((data + "\n", True), (data, False), (data + "\n\nVelocities\n\n1 0 0 0 0 0 0", True)):
+        (tmp_path / "body.data").write_text(text, encoding="utf-8")
+        if good:
+            assert specimen.read_data(tmp_path / "body.data").x[1, 2] == 0.55
+        else:
+            with pytest.raises(ValueError, match="the file was cut off"):
+                specimen.read_data(tmp_path / "body.data")
+    (tmp_path / "body.data.body").write_text("variable length equal 0.05\nvariable volume equal 6.28", encoding="utf-8")
+    with pytest.raises(ValueError, match="no volume of the body"):
+        specimen.read_body(tmp_path / "body.data")
 
 
 def test_one_column_of_stress_is_enough(tmp_path):

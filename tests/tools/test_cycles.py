@@ -217,12 +217,48 @@ def test_departure_from_a_target(tmp_path, text, sign, expected):
     assert list(found.values()) == pytest.approx(expected, rel=EXACT)
 
 
+@pytest.mark.parametrize("text", [
+    "strain_percent\tstress_MPa\n0,00\t0,0\n1,25\t115,13\n", "strain_percent stress_MPa\n0,0 0,0\n1,25 115,13\n", "strain [-],stress [Pa],time [s]\n0,0,0\n0.0125,115.13e6,7\n",
+    "Strain (%);Stress / MPa;\r\n0;0,0;\r\n1,25;115,13;\r\n", '"Strain, %","Stress, MPa"\n"0,00","0,0"\n"1,25","115,13"\n',
+    '"Time","Tensile strain","Tensile stress"\n"(s)","(mm/mm)","(MPa)"\n"0","0,00","0,0"\n"1","0,0125","115,13"\n',
+    "Test 17\nDate;2020-01-01\nStrain rate [1/s];stress [N/mm\u00b2];strain [%]\n1;0;0\n1;115,13;1,25\n", "Strain / % Stress / GPa Time / s\n0 0 0\n1.25 0.11513 7\n",
+    "strain [\u00b5m/m]\tstress in kPa\n0\t0\n12500\t115130\n", "strain_percent,stress_MPa\n0 0\n1.25 115.13\n", "stress,strain_percent\n0,0\n115.13e6,1.25",
+    "# a metal\n# strain_percent stress_MPa\n0 0\n1.25 115.13\n"])
+@pytest.mark.parametrize("code", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
+def test_files_of_testing_machines_and_spreadsheets(tmp_path, text, code):
+    """Units, other columns, decimal commas; with line ends or not."""
+    (tmp_path / "target.txt").write_bytes(text.encode(code))
+    strain, stress = curves.read_points(tmp_path / "target.txt")
+    assert strain == pytest.approx([0.0, 0.0125], rel=EXACT) and stress == pytest.approx([0.0, 115.13e6], rel=EXACT)
+
+
+@pytest.mark.parametrize("every, sign", [(1, 1.0), (2, 1.0), (4, -1.0), (20, 1.0)])
+def test_a_run_that_is_the_target_departs_by_nothing(every, sign):
+    """Also where it bends, with all of its rows as a target or some."""
+    strain = np.arange(0.0, 0.03, 0.00025)
+    stress = np.minimum(20e9 * strain, 80e6 + 1e9 * strain) + (1e6 * np.sin(3e4 * strain) if every == 1 else 0.0)
+    bend = int(np.argmax(strain > 80e6 / 19e9))
+    strain[bend], stress[bend] = 80e6 / 19e9, 20e9 * 80e6 / 19e9
+    rows = slice(bend % every, None, every)
+    found = curves.departure(curves.Curve(sign * strain, sign * stress, sign * stress), (sign * strain[rows], sign * stress[rows]))
+    assert abs(found["departure_largest_MPa"]) < 1e-6 and found["departure_rows"] == len(strain[rows])
+
+
 BAD_TARGETS = {
     "\n": "bad.csv is empty: a target has rows strain,stress",
-    "a,b\n1,2\n": "bad.csv: the first line must name a column of strain strain_percent and one of stress stress_Pa",
+    "a,b\n1,2\n": "bad.csv: the first line must name a column of strain, such as strain [%]",
     "0,0\n0.1,x\n": "bad.csv holds a damaged line", "0,0\n0.1\n": "bad.csv holds a damaged line", "strain,stress\n": "bad.csv holds no row",
-    "0,nan\n": "bad.csv holds no row, or a number that is not finite", "0;0\n0,1;1\n": "bad.csv has columns apart by ';': put commas or blanks",
-    "0,0\n0.1,1\n0.05,1\n": "bad.csv: the strains of a target must go one way, each once",
+    "0,nan\n": "bad.csv holds no row, or a number that is not finite",
+    "0,0\n0.1,1\n0.05,1\n": "bad.csv: strains that do not grow: row 3 of the numbers goes back to strain 0.05 from 0.1 in row 2",
+    "strain_percent,stress_MPa\n0,00,0,0\n1,25,115,13\n": "has 4 values for 2 columns; where the comma is the decimal sign, put ';' or tabs",
+    "0,00,0,0\n1,25,115,13\n": "bad.csv has 4 columns and no line that names them", "0 0 0\n1 2 3\n": "bad.csv has 3 columns and no line that names them",
+    "strain\tstress_MPa\n0\t0\n0.01\t1,151.3\n": "bad.csv has numbers with commas and numbers with points",
+    "strain;stress [Pa]\n0;0\n1;1,151\n": "bad.csv: '1,151' may have a decimal comma or one that groups thousands",
+    "strain,stress [kgf/mm2]\n0,0\n": "column 'stress [kgf/mm2]': the unit 'kgf/mm2' is none of Pa", "strain,stress [mPa]\n0,0\n": "the unit 'mPa' is none of",
+    "strain,stress_Nmm2\n0,0\n": "column 'stress_Nmm2': its unit cannot be told: call it stress, in Pa", "% strain,stress\n0,0\n": "its unit cannot be told",
+    "PK\x03\x04\0\0": "bad.csv is no text file: save the curve as a CSV",
+    "strain,force [N]\n0,0\n": "must name a column of stress, such as stress [MPa]", "true strain,true stress [MPa]\n0,0\n": "nominal values are asked for",
+    "plastic strain,stress [MPa]\n0,0\n": "must name a column of strain", "strain,stress A,stress B\n0,0,0\n": "several columns of stress: stress A, stress B; leave one",
     "0.5,1\n": "pull.csv: the curve goes from strain 0 to 0.02 and reaches no row of the target",
 }
 BAD = {

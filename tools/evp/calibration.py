@@ -140,24 +140,29 @@ def check(targets):
 
 
 NEAR_YIELD = 0.7  # of the 0.2 % yield stress: at least so much has the last row of a measured curve before it
+AT_REST = 0.15  # of the yield stress: so far from the line of E is the first row, at most
 SLOPE = 0.45  # of E: its slope up to half the yield stress
 
 
 def read_measured(path, modulus, is_true):
     """(0.2 % yield stress [Pa], points) of a measured curve as of curves.read_points(), nominal unless is_true, from rest on; strains are
     negative in compression. Points are even in the strain, from twice that of the yield stress to the largest nominal stress."""
-    strain, stress = curves.read_points(path)
+    strain, stress = curves.read_points(path, is_true)
     if is_true:
         strain, stress = np.expm1(strain), stress * np.exp(-strain)
     sign = math.copysign(1.0, strain[-1])
-    end = np.argmax(np.abs(stress)) + 1
-    strain, stress = sign * strain[:end], np.abs(stress[:end])
-    if len(strain) < 3 or not np.all(np.diff(strain) > 0.0):
-        raise ValueError(f"--curve: {path}: fewer than three points, or strains that do not grow up to the largest stress: give one loading, from rest on")
+    sizes, scatter = np.abs(stress), curves.noise_of(stress)
+    end = (np.nonzero(sizes >= sizes.max() - 4.0 * scatter)[0][-1] if scatter > 0.0 else np.argmax(sizes)) + 1
+    if end < 3:
+        raise ValueError(f"--curve: {path}: fewer than three points up to the largest stress: give one loading, from rest on")
+    strain, stress = curves.levelled(path, *curves.one_loading(path, sign * strain[:end], math.copysign(1.0, stress[end - 1]) * stress[:end]))
     first = curves.yield_stress(strain, stress, modulus)
     if strain[-1] > 1.5:
         raise ValueError(f"--curve: {path} ends at a strain of {strain[-1]:g}: strains are shares, not per cent")
     if math.isfinite(first):
+        if abs(stress[0] - modulus * strain[0]) > AT_REST * first and strain[0] < first / modulus + YIELD_OFFSET:
+            raise ValueError(f"--curve: {path} does not begin at rest: {1e-6 * stress[0]:.4g} MPa at strain {strain[0]:.4g} in its first row, where E gives "
+                             f"{1e-6 * modulus * strain[0]:.4g} MPa: shift the strains so that the straight part goes through zero")
         known = stress[strain <= first / modulus + YIELD_OFFSET]
         if known[-1] < NEAR_YIELD * first:
             raise ValueError(f"--curve: {path} has no row near the yield stress: the last one before it has {1e-6 * known[-1]:.4g} MPa, the straight line behind it meets "

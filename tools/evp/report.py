@@ -39,6 +39,11 @@ def words_of(error):
     return str(error)
 
 
+def note(text):
+    """Says what a user should know of the input."""
+    print(f"NOTE: {text}", flush=True)
+
+
 @contextlib.contextmanager
 def errors_in_one_line(tool, interrupted=""):
     """Ends the program with one message where a run failed, a file or its content cannot be used, or the user stops it."""

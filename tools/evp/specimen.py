@@ -36,8 +36,8 @@ def read_data(path):
         box["xyz".index(axis)] = float(low), float(high)
     count = int(count[1])
     table = np.array([line.split()[:7] for line in text[atoms.end() :].splitlines()[:count]], dtype=float)
-    if table.shape != (count, 7):
-        raise ValueError(f"{path}: the Atoms section does not hold the {count} atoms of the header")
+    if table.shape != (count, 7) or (not text.endswith("\n") and len(text[atoms.end() :].splitlines()) == count):  # cut within the last number
+        raise ValueError(f"{path}: the Atoms section does not hold the {count} atoms of the header, the last line with its end: the file was cut off")
     table = table[np.argsort(table[:, 0])]
     radius = 0.5 * table[:, 2]
     mass = table[:, 3] * 4.0 / 3.0 * np.pi * radius**3
@@ -51,7 +51,9 @@ def read_body(path):
     remedy = "make the body by in.specimen or tools/body.py, which write both"
     if not beside.is_file():
         raise ValueError(f"there is no file {beside}; {remedy}")
-    found = {name: float(value) for name, value in re.findall(r"^variable\s+(\w+)\s+(?:index|equal)\s+([-+.\deE]+)", beside.read_text(encoding="utf-8"), re.M)}
+    text = beside.read_text(encoding="utf-8")
+    text = text[: text.rfind("\n") + 1]  # a line without an end was cut off
+    found = {name: float(value) for name, value in re.findall(r"^variable\s+(\w+)\s+(?:index|equal)\s+([-+.\deE]+)", text, re.M)}
     if not min(found.get("length", 0.0), found.get("volume", 0.0)) > 0.0:
         raise ValueError(f"{beside} gives no length or no volume of the body: {remedy}")
     return found
