@@ -81,7 +81,7 @@ MOLECULAR = "create_box 1 box bond/types 1 extra/bond/per/atom 2 extra/special/p
 
 
 @ways
-@pytest.mark.parametrize("rules", ["break 0.02", "plasticity isotropic", "plasticity none"])
+@pytest.mark.parametrize("rules", ["break 0.02", "plasticity none"])
 def test_a_bond_that_is_left_out_is_an_error(lmp, newton, ranks, rules):
     """Before the first step of the next run; undone, the bond is what it was. A bond that is far away is not taken for one."""
     def start():

@@ -93,7 +93,7 @@ FAULTS = {
     "CONTACTS_FLOW_IN_TENSION": Fault("contacts flow in tension", ["contact pushed and parted"],
                                       "core/pair_block.cpp", "return Contact ? -strain : std::fabs(strain)", "return std::fabs(strain)"),
     "NO_BOND_BREAKS": Fault("no bond breaks", ["bond torn and pushed"],
-                            "lammps/pair_histories.cpp", "break_bonds(past, work);", ""),
+                            "lammps/pair_histories.cpp", "break_bonds(past, work, volume);", ""),
     "NO_FLOW_OF_MISSING": Fault("bonds that leave the neighbor list do not flow up to their cutoff", ["past its cutoff"],
                                 "lammps/pair_histories.cpp", "if (!moved) continue;", "continue;"),
     "HISTORY_AT_ONE_ATOM": Fault("the history of a pair is kept at one atom only", ["flow in a body whose atoms are sorted"],

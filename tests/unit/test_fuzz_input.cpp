@@ -140,7 +140,7 @@ TEST(Fuzz, ParameterFileGivesALawOrARefusal)
 
 TEST(Fuzz, BondFileGivesBondsOrARefusal)
 {
-  std::string good = EVP::bond_header(6, "si") + "\n";
+  std::string good = EVP::bond_header(6, "si", EVP::BodyRule::ALL, 0.0, 1) + "\nsphere 3 0.5 0.1\n";
   for (int k = 1; k <= 6; k++)
     good += EVP::bond_text({k, k + 1, 0.01 * (1.0 + k / 7.0), {0.1, 0.2, 0.3, 0.0}}, k > 3);
   fuzz(good, [&](const std::string &text, Vandal &vandal) {
@@ -155,5 +155,7 @@ TEST(Fuzz, BondFileGivesBondsOrARefusal)
       EXPECT_TRUE(bond.deq > 0.0 && std::isfinite(bond.deq)) << bond.deq;
       EXPECT_TRUE(bond.history.k >= 0.0 && std::isfinite(bond.history.k + bond.history.work));
     }
+    for (const auto &sphere : reader.spheres)
+      EXPECT_TRUE(sphere.id > 0 && sphere.gap >= 0.0 && std::isfinite(sphere.rho + sphere.gap));
   });
 }

@@ -298,6 +298,22 @@ TEST(BondText, ReadsBackToTheLastBit)
   }
 }
 
+TEST(BondReader, ReadsSpheresBackToTheLastBit)
+{
+  std::istringstream stream(EVP::bond_header(1, "si", EVP::BodyRule::TYPE, 1.3, 2) + "\n" +
+                            EVP::sphere_text({7, -1.0 / 3.0, 0.0}) + EVP::bond_text({1, 2, 0.01}) +
+                            EVP::sphere_text({9, 2.0 / 3.0, 0.1 + 0.2}));
+  EVP::BondReader reader(stream, "body.bonds", "si");
+  std::vector<BondLine> bonds;
+  while (reader.read(bonds, 1)) {}
+  ASSERT_EQ(reader.spheres.size(), 2u);
+  EXPECT_EQ(bonds.size(), 1u);
+  EXPECT_EQ(reader.zone, 1.3);
+  EXPECT_EQ(reader.spheres[0].rho, -1.0 / 3.0);
+  EXPECT_EQ(reader.spheres[1].id, 9);
+  EXPECT_EQ(reader.spheres[1].gap, 0.1 + 0.2);
+}
+
 TEST(BondReader, SkipsCommentsEmptyLinesAndDosLineEnds)
 {
   const auto bonds = read_all("# EVP bonds COUNT: 2 UNITS: si\r\n"
@@ -336,7 +352,14 @@ TEST(BondReader, NamesLineCauseAndFileOfEachDamage)
       {header(1) + "1 2 0.01 0 -1 0 0\n", "line 2: k must be zero or positive, got -1"},
       {header(1) + "1 2 0.01 0 0 1e999 0\n", "line 2: work must be a finite decimal number"},
       {header(1) + "1 2 0.01 0 0 0 3\n",
-       "line 2: broken must be 0 (a bond), 1 (a broken bond) or 2"}};
+       "line 2: broken must be 0 (a bond), 1 (a broken bond) or 2"},
+      {header(0) + "sphere 1 0.5 0\n", "holds 1 spheres, its header says 0", "incomplete"},
+      {EVP::bond_header(0, "si", EVP::BodyRule::ALL, 0.0, 2) + "\nsphere 1 0.5 0\n",
+       "holds 1 spheres, its header says 2"},
+      {header(0) + "sphere 1 0.5\n", "line 2: expected 'sphere id rho0 gap', got 3 words"},
+      {header(0) + "sphere 0 0.5 0\n", "line 2: id must be", "at least 1, got '0'"},
+      {header(0) + "sphere 1 nan 0\n", "line 2: rho0 must be a finite decimal number"},
+      {header(0) + "sphere 1 0.5 -1\n", "line 2: gap must be zero or positive, got -1"}};
   for (const auto &parts : cases) {
     SCOPED_TRACE(parts[0]);
     const std::string what =
