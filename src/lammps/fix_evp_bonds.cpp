@@ -83,13 +83,14 @@ void FixEVPBonds::init()
     if (!missing.empty()) error->all(FLERR, "{}: {}", who, missing);
   }
   counted_step = -1;
+  // in each run, though only the first may build it: where requests differ LAMMPS makes all lists anew, and those of granular
+  // styles lose their history
+  neighbor->add_request(this, NeighConst::REQ_FULL | NeighConst::REQ_OCCASIONAL);
   if (bonds->has_recorded()) {
     check_ids();
     measure();
-  } else if (file.empty()) {
+  } else if (file.empty())
     check_zone();
-    neighbor->add_request(this, NeighConst::REQ_FULL | NeighConst::REQ_OCCASIONAL);
-  }
 }
 
 // flow and breaking are known to the pair style in force only

@@ -222,12 +222,12 @@ double StableTimesteps::row_sum_dt(bool with_damping) const
 
 namespace {
 
-  // Other fixes hold their atoms, or move several as one.
+  // Thermostats and barostats, limits of the displacement and the like change nothing in what timestep is stable
   bool moves_each_atom_freely(const Fix *fix)
   {
-    for (const char *pattern : {"^nve$", "^nve/omp$", "^nve/intel$", "^nve/sphere", "^nve/evp$"})
-      if (utils::strmatch(fix->style, pattern)) return true;
-    return false;
+    for (const char *pattern : {"^rigid", "^poems", "^brownian"})    // several as one; no inertia
+      if (utils::strmatch(fix->style, pattern)) return false;
+    return scene::integrates_atoms(fix);
   }
 
   // Those that follow the forces on them.
