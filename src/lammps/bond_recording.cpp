@@ -75,7 +75,28 @@ void BondRecording::take_zone(const NeighList *list, double zone_in, const PairD
   }
   throw_together(complaint, world);
   overlaps = reduce_all(overlaps, MPI_SUM, world) / 2;    // both atoms see a pair
+  special = reduce_all(count_special(pair_data), MPI_SUM, world) / 2;
   throw_together(find_bond_twice(""), world);
+}
+
+// Sides of the pairs within the zone that LAMMPS leaves out of its neighbor lists, as their special_bonds weight is 0
+bigint BondRecording::count_special(const PairData *pair_data) const
+{
+  bigint count = 0;
+  for (int i = 0; atom->nspecial && atom->map_style != Atom::MAP_NONE && i < atom->nlocal; i++) {
+    const int *const ends = atom->nspecial[i];    // of 1-2, 1-3 and 1-4 neighbors
+    for (int k = 0; k < ends[2]; k++) {
+      if (force->special_lj[1 + (k >= ends[0]) + (k >= ends[1])] != 0.0) continue;
+      const int j = domain->closest_image(i, atom->map(atom->special[i][k]));
+      if (j < 0 || !(atom->mask[i] & atom->mask[j] & fix->groupbit) ||
+          in_different_bodies(atom, within, i, j))
+        continue;
+      const double reach = zone > 0.0 ? zone : pair_data->alpha_of(atom->type[i], atom->type[j]);
+      const PairGeometry g(scene::rows(atom->x), i, j);
+      count += g.dsq <= cutoff_squared(reach * (atom->radius[i] + atom->radius[j]), RECORD_MARGIN);
+    }
+  }
+  return count;
 }
 
 namespace {
@@ -246,6 +267,12 @@ void BondRecording::report(const BondStore &store, bool bodies_repel) const
                    "{}: {} pairs of two bodies overlap at the start, and repel each other from the "
                    "first step on: move the bodies apart if that is not meant",
                    who, overlaps);
+  if (special)
+    error->warning(FLERR,
+                   "{}: {} pairs within reach are not recorded, as special_bonds gives them the "
+                   "weight 0: use 'special_bonds lj 1 1 1' before the first run, or no bonds of "
+                   "LAMMPS, if they are to be bonds of this fix",
+                   who, special);
   const std::string bodies =
       within == BodyRule::ALL ? "" : fmt::format(" and within {}", BODY_RULES[(int) within]);
   utils::logmesg(lmp, "fix evp/bonds {}: recorded {} pairs {}{}, at most {} per atom\n", fix->id,

@@ -45,9 +45,11 @@ class BondRecording : protected Pointers {
   std::vector<BondStore::DensityAtRest> densities;    // from a file
   std::string source;                                 // for users
   bigint overlaps = 0, loose = 0;    // pairs of two bodies; atoms of the group without a molecule
+  bigint special = 0;                // pairs that special_bonds keeps out of the neighbor list
   int64_t most = 0;                  // records of an atom
 
   std::string find_bond_twice(const std::string &file) const;
+  bigint count_special(const class PairData *) const;
 };
 
 /// Collective. The measures of the records of all MPI ranks. A bond whose partner was deleted counts for its atom, and
