@@ -214,6 +214,14 @@ class BondStore {
     EVP::prefetch(bonds[i].data(), std::min<size_t>(bonds[i].size(), 32) * sizeof(Bond));
   }
 
+  /// How many of these local atoms, those with the bit in their mask, came after the recording.
+  int64_t count_new(const int *mask, int bit, int nlocal) const
+  {
+    int64_t count = 0;
+    for (int i = 0; i < nlocal; i++) count += recorded_as[i] == 0 && (mask[i] & bit);
+    return count;
+  }
+
   /// ID of a local atom that is not the one recorded under it: it had another ID, or it is new and took that of one that
   /// was deleted. 0 if there is none.
   template <class Tag> int64_t find_misplaced(const Tag *ids, int nlocal) const

@@ -190,7 +190,25 @@ void FixEVPBonds::pre_neighbor()
   if (!bonds->has_recorded()) return;
   if (const int64_t misplaced = bonds->find_misplaced(atom->tag, atom->nlocal))
     error->one(FLERR, misplaced_message(misplaced));
+  warn_of_new_atoms();
   if (const PairData *pair_data = PairData::find(force)) check_box(pair_data);
+}
+
+// once, at the first neighbor build that has any
+void FixEVPBonds::warn_of_new_atoms()
+{
+  constexpr bigint WARNED = -2;
+  if (natoms_seen == WARNED || natoms_seen == atom->natoms) return;
+  natoms_seen = atom->natoms;
+  const bigint count =
+      reduce_all((bigint) bonds->count_new(atom->mask, groupbit, atom->nlocal), MPI_SUM, world);
+  if (count == 0) return;
+  natoms_seen = WARNED;
+  if (comm->me == 0)
+    error->warning(FLERR,
+                   "{}: {} atoms of its group came after the bonds were recorded, and have none: "
+                   "create atoms that are to be bonded before the first run (said once)",
+                   who, count);
 }
 
 void FixEVPBonds::check_box(const PairData *pair_data) const

@@ -83,6 +83,7 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   EVP::PairData *pair_data = nullptr;    // of the run; the pair style in force has it
   bool stepping = false;                 // in a step of a run, not in its set-up
   bool stop_warned = false;
+  bigint natoms_seen = -1;    // -2 once new atoms were warned of
   class NeighList *list = nullptr;
   std::array<double, 4> pair_counts{};    // f_ID[1..5], as of the last evaluation
   bigint counted_step = -1;               // step of that, -1 if it must not be used again
@@ -90,6 +91,7 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   void record();
   void measure();
   void warn_of_stop(const char *);
+  void warn_of_new_atoms();
   void check_history() const;
   double count_broken();
   void check_zone() const;
