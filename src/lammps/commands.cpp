@@ -195,7 +195,7 @@ ReadEVPRow::Spheres ReadEVPRow::spheres_of(char **words) const
 namespace {
 
 /// A choice of an input script: NAME, NAME? which need not be defined, or NAME with rules, joined by commas: =WORD|WORD, >X,
-/// >=X, <X, <=X, !=X, number, integer.
+/// >=X, <X, <=X, !=X, number, integer; or the rule name: of a file or folder, or the numbers of a row.
 struct Choice {
   std::string name, rules;
   bool optional;
@@ -212,6 +212,7 @@ struct Choice {
   void check(const std::string &value, bool is_group = false) const
   {
     if (rules.empty()) return;
+    if (rules == ",name") return check_name(value);
     double number = 0.0;
     bool listed = false, takes_numbers = false, holds = take_number(value, number);
     std::string words, kind = "a number", bounds, rule, word;
@@ -245,7 +246,20 @@ struct Choice {
     throw BadInput("-var " + name + " must be " + words + ", got '" + shown(value) + "'");
   }
 
+  bool takes_integers() const { return rules.find("integer") != std::string::npos; }
+
  private:
+  // LAMMPS takes some of its commands apart at blanks, and the shell is given names too
+  void check_name(const std::string &value) const
+  {
+    const std::vector<std::string> words = split_words(value);
+    double number;
+    if (!words.empty() && take_number(words[0], number)) return;
+    if (value.empty() || value.find_first_of(" \t\r\n\"'`#$&|;<>()\\*?") != std::string::npos)
+      throw BadInput("-var " + name +
+                     " must be a name without blanks and any of \"'`#$&|;<>()\\*?, got '" +
+                     shown(value) + "': rename the file or folder, or use another one");
+  }
   static bool is_sign(const std::string &sign)
   {
     return sign == ">" || sign == ">=" || sign == "<" || sign == "<=" || sign == "!=";
@@ -266,6 +280,9 @@ void EVPChoices::set_implied(int narg, char **arg) const
   const char *const row = variable->retrieve("material");
   if (row && variable->find("coeff") >= 0)
     error->all(FLERR, "{}: give -var material or -var coeff, not both", arg[0]);
+  stop_at_bad_input(error, arg[0], [&] {
+    if (row) Choice("material,name").check(row);
+  });
   for (int k = 2; k < narg; k++) {
     const std::string name = arg[k];
     const char *const plasticity = variable->retrieve("plasticity");
@@ -280,6 +297,19 @@ void EVPChoices::set_implied(int narg, char **arg) const
       error->all(FLERR, "evp_choices: implied takes coeff, plasticity, contact, not '{}'", name);
     if (value) variable->set(fmt::format("{} index \"{}\"", name, value));
   }
+}
+
+// 1e3 and 1000.0 become 1000, which is what other commands of LAMMPS take
+void EVPChoices::write_as_integer(const std::string &name, const std::string &value) const
+{
+  constexpr double LARGEST = 9007199254740992.0;    // all integers up to 2^53 are numbers
+  double number;
+  if (!take_number(value, number) || number != std::floor(number) || std::fabs(number) > LARGEST)
+    return;
+  const std::string plain = std::to_string((bigint) number);
+  if (plain == value) return;
+  input->variable->set(name + " delete");
+  input->variable->set(name + " index " + plain);
 }
 
 // evp_choices SCRIPT NAME[?][RULE[,RULE ...]] ... [only], or evp_choices SCRIPT implied NAME ...
@@ -309,6 +339,7 @@ void EVPChoices::command(int narg, char **arg)
       choice.check(value, igroup >= 0);
     });
     line += fmt::format("{} {} {}", line == arg[0] ? ":" : ",", choice.name, value);
+    if (choice.takes_integers() && igroup < 0) write_as_integer(choice.name, value);
   }
   if (comm->me) return;
   utils::logmesg(lmp, line + "\n");
@@ -367,9 +398,22 @@ std::string quoted(const std::string &word)
 void EVPQuietly::command(int narg, char **arg)
 {
   if (narg < 1) error->all(FLERR, "evp_quietly: expected a command and its arguments");
-  std::string line;
-  for (int i = 0; i < narg; i++) line += quoted(arg[i]) + " ";
+  // LAMMPS replaces letters outside ASCII in a line, but not in the variables of it
+  std::string line, words;
+  for (int i = 0; i < narg; i++) {
+    std::string word = arg[i];
+    if (utils::has_utf8(word) && quoted(word) == word) {
+      std::string name = "evp_quietly_" + std::to_string(i), style = "string";
+      char *variable[] = {&name[0], &style[0], arg[i]};
+      input->variable->set(3, variable);
+      word = "${" + name + "}";
+      words += " " + name;
+    } else
+      word = quoted(word);
+    line += word + " ";
+  }
 
   const HiddenScreen until_it_ends(lmp->screen);
   input->one(line);
+  for (const std::string &name : split_words(words)) input->variable->set(name + " delete");
 }

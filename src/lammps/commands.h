@@ -43,6 +43,7 @@ class EVPChoices : public Command {
 
  private:
   void set_implied(int, char **) const;
+  void write_as_integer(const std::string &name, const std::string &value) const;
 };
 
 /// evp_quietly COMMAND ...: another command, of whose output only warnings, errors and the lines of EVP go to the screen; the
