@@ -255,9 +255,9 @@ struct Choice {
     const std::vector<std::string> words = split_words(value);
     double number;
     if (!words.empty() && take_number(words[0], number)) return;
-    if (value.empty() || value.find_first_of(" \t\r\n\"'`#$&|;<>()\\*?") != std::string::npos)
+    if (value.empty() || value.find_first_of(" \t\r\n\"'`#$&|;<>()\\*?%") != std::string::npos)
       throw BadInput("-var " + name +
-                     " must be a name without blanks and any of \"'`#$&|;<>()\\*?, got '" +
+                     " must be a name without blanks and any of \"'`#$&|;<>()\\*?%, got '" +
                      shown(value) + "': rename the file or folder, or use another one");
   }
   static bool is_sign(const std::string &sign)

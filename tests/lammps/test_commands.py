@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 from hostile import scene
+from lammps_run import run_lammps
 
 TABLE1 = "80 8 4 3 8 4 0.005 0 1.5"
 NUMBERS = "e1 m1 n1 e2 m2 n2 xi_s gamma alpha spacing coordination kv density saturation".split()
@@ -87,3 +88,51 @@ def test_choices_that_are_implied(lmp, given, names, found):
     text = "".join(f"variable {name} index {value}\n" for name, value in given.items()) + f"evp_choices in.x implied {names}\n"
     run = lmp(text + "evp_choices in.x is? coeff? contact?\n").ok()
     assert re.search(r"^in\.x:?(.*)$", run.stdout, re.M)[1].replace(",", "").strip() == found
+
+
+# ---- names, and whole numbers, as people write them ----
+
+NAMED = {"in.specimen": ["out", "region", "mesh"], "in.traction": ["specimen", "material", "out", "also"], "in.impact": ["plate", "ball", "out"],
+         "in.sliding": ["block", "material"], "in.two_spheres": ["out"], "in.quasistatic": ["specimen", "coeff", "out"], "in.upset": ["out", "specimen"]}
+BAD_NAMES = ["my pull", "a folder/file.evp:row", "with\ttab", "a#b", "a;b", "$x", "it's", '"quoted"', "a&b", "*", "50%", "(1)", ""]
+
+
+@pytest.mark.parametrize("deck", NAMED)
+def test_names_that_lammps_would_take_apart_are_refused(tmp_path, deck):
+    """By one error that says which, before anything is written; what is there stays."""
+    (tmp_path / "my").write_text("a result of yesterday", encoding="utf-8")
+    for k, choice in enumerate(NAMED[deck]):
+        for bad in BAD_NAMES if deck == "in.specimen" and choice == "out" else BAD_NAMES[k:k + 1]:
+            run = run_lammps(deck, 1, {choice: bad}, tmp_path)
+            said = " ".join(run.stdout.split())
+            assert run.returncode == 1 and f"ERROR: {deck}: -var {choice} must be a name without blanks" in said and "rename the file or folder" in said, (choice, bad, said[-500:])
+            assert [path.name for path in tmp_path.iterdir()] == ["my"], (choice, bad)
+    assert (tmp_path / "my").read_text(encoding="utf-8") == "a result of yesterday"
+
+
+@pytest.mark.parametrize("folder, out", [("", "zug_é"), ("Prüfung/", "ロッド"), ("a.b-c_d/", "p+q@r,s")])
+def test_names_in_any_alphabet(tmp_path, folder, out):
+    """All files begin with the prefix, restart files too, from which a run goes on; a blank in the folder where it runs does no harm."""
+    here = tmp_path / "my runs"
+    (here / folder).mkdir(parents=True)
+    run_lammps("in.specimen", 1, {"n": 120, "out": f"{folder}body.data"}, here).ok()
+    more = {"specimen": f"{folder}body.data", "strain": 0.001, "increment": 0.0005, "out": f"{folder}{out}"}
+    run_lammps("in.quasistatic", 1, more, here).ok()
+    left = {path.name for path in (here / folder).iterdir() if path.is_file()} - {"body.data", "body.data.body"}
+    assert left == {out + end for end in (".csv", ".resume", ".0.restart", ".1.restart", "_state.dump")}
+    run_lammps("in.quasistatic", 1, {**more, "strain": 0.0015, "resume": "yes"}, here).ok()
+    assert len((here / f"{folder}{out}.csv").read_text(encoding="utf-8").splitlines()) == 5, "a header, and rows 0 to 3"
+
+
+def test_whole_numbers_as_people_write_them(tmp_path):
+    """The same file of each."""
+    texts = []
+    for n, seed in (("120", "7"), ("1.2e2", "7.0"), ("120.", "0.7e1")):
+        run_lammps("in.specimen", 1, {"n": n, "seed": seed, "out": "body.data"}, tmp_path).ok()
+        texts.append((tmp_path / "body.data").read_bytes())
+    assert texts[0] == texts[1] == texts[2]
+    run = run_lammps("in.specimen", 1, {"n": "120.5", "out": "other.data"}, tmp_path)
+    assert run.returncode == 1 and "-var n must be an integer >= 1, got '120.5'" in run.stdout and not (tmp_path / "other.data").exists()
+    run_lammps("in.quasistatic", 1, {"specimen": "body.data", "strain": 0.001, "increment": 0.0005, "cycles": "1e0", "out": "one"}, tmp_path).ok()
+    run_lammps("in.quasistatic", 1, {"specimen": "body.data", "strain": 0.001, "increment": 0.0005, "cycles": "1", "out": "two"}, tmp_path).ok()
+    assert (tmp_path / "one.csv").read_bytes() == (tmp_path / "two.csv").read_bytes()

@@ -168,3 +168,52 @@ thermo 50
     assert np.all(table["f_bonds"] == pairs), "none between the bodies"
     assert table["v_below"][-1] > 0.05
     assert table["v_below"] + table["v_above"] == pytest.approx(1.0, rel=1e-9), "of equal masses"
+
+
+GRAINS = """units si
+atom_style sphere
+atom_modify map yes
+newton {newton}
+boundary f f f
+region box block -0.02 0.08 -0.02 0.05 -0.02 0.08 units box
+create_box 2 box
+create_atoms 1 single 0 0 0 units box
+create_atoms 1 single 0 0 -0.007 units box
+create_atoms 2 single 0.0005 0 0.007 units box
+create_atoms 2 single 0.0005 0 0.014 units box
+{more}set group all diameter 0.00707
+set group all density 2700
+pair_style hybrid evp/lj contact repulsive plasticity isotropic granular
+"""
+RUB = """neighbor 0.0005 bin
+comm_modify vel yes
+pair_coeff 1 1 evp/lj 80 8 4 3 8 4 0.005 0 1.5
+pair_coeff 2 2 evp/lj 80 8 4 3 8 4 0.005 0 1.5
+pair_coeff 1 2 granular hooke 2.5e7 0.5 tangential linear_history 7e6 1 0.3 damping tsuji
+fix bonds all evp/bonds within type
+fix move all nve/noforce
+timestep 2e-7
+compute fx all reduce sum v_pull
+thermo 25
+"""
+# a second pair of grains, side by side with the first one
+FOUR = "create_atoms 1 single 0.04 0 0 units box\ncreate_atoms 1 single 0.04 0 -0.007 units box\ncreate_atoms 2 single 0.0405 0 0.007 units box\ncreate_atoms 2 single 0.0405 0 0.014 units box\n"
+ROUTES = {"split": "run 150\nrun 50\n", "write_restart": "run 150\nwrite_restart now.restart\nrun 50\n",
+          "twice": "run 75\nwrite_restart now.restart\nrun 75\nwrite_restart now.restart\nwrite_data now.data\nrun 50\n",
+          "restart while it runs": "restart 150 now.restart\nrun 200\nrestart 0\n"}
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (3, "on")])
+@pytest.mark.parametrize("contacts", [1, 2])
+def test_the_history_of_friction_survives_restart_files(lmp, contacts, ranks, newton):
+    """A tangential spring of 7e6 N/m from the first step on: its force grows with the way, in the run that recorded the bonds, and after a restart."""
+    pull = "variable pull atom fx*(type==2)\n" + RUB + thermo("c_fx")
+    start = GRAINS.format(newton=newton, more=FOUR if contacts == 2 else "") + pull
+    moving = "velocity all set 0 0 0 units box\ngroup two type 2\nvelocity two set 0.3 0 0 units box\n"
+    ways = {name: lmp(start + moving + lines, ranks).ok() for name, lines in ROUTES.items()}
+    ways["restarted"] = lmp("read_restart now.restart\n" + pull + "run 50\n", ranks).ok()
+    plain = lmp(start.replace("hybrid evp/lj contact repulsive plasticity isotropic granular", "hybrid lj/cut 0.007 granular").replace("evp/lj 80 8 4 3 8 4 0.005 0 1.5", "lj/cut 0 0.005")
+                .replace("fix bonds all evp/bonds within type\n", "") + moving + "run 200\n", ranks).ok().thermo()["c_fx"]
+    assert plain[-1] == pytest.approx(contacts * 1.920261533, rel=1e-6), "control: of the spring alone"
+    for name, run in ways.items():
+        assert run.thermo()["c_fx"][-1] == pytest.approx(plain[-1], rel=1e-9), name

@@ -181,6 +181,15 @@ def test_fires_just_above_the_limit_and_not_below(lmp_decks, tmp_path):
         assert found(run) == [pytest.approx(limit, rel=ITERATED)], (name, gamma, style)
 
 
+def test_every_integrator_is_checked(lmp_decks, tmp_path):
+    """Thermostats, barostats and limits change nothing in what is stable."""
+    write_two(tmp_path / "body.data")
+    start = head(skin=0.002) + "comm_modify cutoff 0.05\n" + pair(law.TABLE1, "none") + "timestep 1e-4\nvelocity all set 1e-6 0 0\n"
+    styles = ("nve", "nve/sphere", "nve/limit 1e-6", "nvt temp 1e10 1e10 1", "nvt/sphere temp 1e10 1e10 1", "nve/noforce", "move linear 0 0 0")
+    runs = lmp_decks({style: start + f"fix move all {style}\nrun 1\n" for style in styles})
+    assert {style: len(found(run)) for style, run in runs.items()} == {**dict.fromkeys(styles, 1), "nve/noforce": 0, "move linear 0 0 0": 0}
+
+
 @pytest.mark.parametrize("style", ["nve", "nve/evp"])
 def test_volume_energy_of_the_present_positions(lmp_decks, bar, style):
     """The tension that it adds to the pairs, found before the forces of the run are. Control: at rest there is none."""

@@ -321,3 +321,53 @@ def test_runs_resume_to_the_last_bit(lmp, lmp_decks, tmp_path, bar, name, ranks)
         assert all(np.array_equal(end[column], values) for column, values in expected.columns.items()), step
         ours, theirs = ((folder / "end.bonds").read_text(encoding="utf-8").splitlines() for folder in (run.folder, tmp_path))
         assert sorted(ours) == sorted(theirs), step
+
+
+# ---- what is not recorded, and who says so ----
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (3, "off")])
+def test_pairs_that_special_bonds_keep_out_are_counted(lmp, ranks, newton):
+    """A body with the bonds of another package, along the edges of its lattice; the diagonals are left."""
+    text = f"""
+units si
+atom_style hybrid sphere bond
+newton {newton} {newton}
+boundary p p p
+lattice sc 0.01
+region box block 0 4 0 4 0 4
+create_box 1 box bond/types 1 extra/bond/per/atom 6 extra/special/per/atom 100
+create_atoms 1 box
+set group all diameter 0.01 density 2700
+bond_style zero
+bond_coeff *
+special_bonds lj 0 1 1
+neighbor 0.001 bin
+comm_modify cutoff 0.02
+pair_style evp/lj contact repulsive
+pair_coeff * * 80 8 4 3 8 4 0.005 0 1.5
+create_bonds many all all 1 0.009 0.011
+special_bonds lj WEIGHT
+fix bonds all evp/bonds
+fix move all nve
+run 0
+"""
+    said = {weight: [line for line in lmp(text.replace("WEIGHT", weight), ranks).ok().stdout.splitlines() if "evp/bonds" in line and ("record" in line)]
+            for weight in ("1 1 1", "0 1 1", "0 0 1")}
+    edges, diagonals = 3 * 64, 6 * 64
+    assert [f"recorded {edges + diagonals} pairs" in " ".join(said["1 1 1"]), "WARNING" in " ".join(said["1 1 1"])] == [True, False]
+    for weight, left in (("0 1 1", edges), ("0 0 1", edges + diagonals)):
+        text = " ".join(said[weight])
+        assert f"{left} pairs within reach are not recorded" in text and "special_bonds lj 1 1 1" in text and f"recorded {edges + diagonals - left} pairs" in text
+
+
+@pytest.mark.parametrize("ranks", [1, 3])
+def test_atoms_that_come_later_are_said_once(lmp, bar, ranks):
+    """Of the group of the fix only, and not before there are any."""
+    text = head() + "group first id > 0\ngroup last empty\n" + pair(fix="fix bonds FIRST evp/bonds") + "fix move all nve\ntimestep 1e-9\nrun 1\n"
+    text += "create_atoms 1 single -0.015 -0.015 -0.015\nset atom 1000* diameter 0.01\nLATER\nrun 1\ncreate_atoms 1 single -0.015 0.05 -0.015\nrun 1\n"
+    said = {}
+    for name, change, later in (("all", "all", ""), ("the first", "first", "")):
+        run = lmp(text.replace("FIRST", change).replace("LATER", later).replace("set atom 1000* diameter 0.01\n", ""), ranks).ok()
+        said[name] = [line for line in run.warnings() if "came after the bonds were recorded" in line]
+    assert [len(lines) for lines in said.values()] == [1, 0] and "1 atoms of its group" in said["all"][0]
