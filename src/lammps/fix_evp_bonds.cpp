@@ -198,7 +198,7 @@ void FixEVPBonds::pre_neighbor()
 void FixEVPBonds::warn_of_new_atoms()
 {
   constexpr bigint WARNED = -2;
-  if (natoms_seen == WARNED || natoms_seen == atom->natoms) return;
+  if (natoms_seen == WARNED || natoms_seen == atom->natoms || bonds->count() == 0) return;
   natoms_seen = atom->natoms;
   const bigint count =
       reduce_all((bigint) bonds->count_new(atom->mask, groupbit, atom->nlocal), MPI_SUM, world);

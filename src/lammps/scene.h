@@ -98,8 +98,8 @@ namespace scene {
   /// Does the fix move its atoms by the forces on them, not along a path of its own?
   inline bool integrates_atoms(const Fix *fix)
   {
-    return fix->time_integrate && strcmp(fix->style, "nve/noforce") != 0 &&
-        strcmp(fix->style, "move") != 0;
+    return fix->time_integrate && !utils::strmatch(fix->style, "noforce$") &&
+        !utils::strmatch(fix->style, "move$");
   }
 
   /// Does the fix prescribe forces on its atoms, so that they do not follow those of a pair style alone?

@@ -82,9 +82,11 @@ void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, const Bond
 
   const double now = neighbor->nex_type + neighbor->nex_group + neighbor->nex_mol;
   bool fewer = false;
-  if (std::exchange(exclusions, now) != now)
+  if (std::exchange(exclusions, now) != now) {
     for (int i = 0; i < atom->nlocal; i++) fewer = fewer || records[i].exclusions > now;
-  if (takes || on_any(fewer, world)) fill_gaps(lists, takes);
+    fewer = on_any(fewer, world);
+  }
+  if (takes || fewer) fill_gaps(lists, takes);
 }
 
 // Pairs that are no bonds, and are there at rest or once an exclusion is undone, are surfaces of a crack that never had any.
@@ -109,12 +111,13 @@ void VolumeForces::fill_gaps(const PairLists &lists, bool at_rest_only)
 void VolumeForces::lose_partners(Record &record, const NeighborDensity &left)
 {
   constexpr double ROUND_OFF = 1e-12;
-  if (std::fabs(record.at_rest.rho - left.rho) <= ROUND_OFF * record.at_rest.rho) return;
   VolumeReference &reference = record.reference;
+  const double negligible = ROUND_OFF * reference.own.slope;
+  if (std::fabs(record.at_rest.rho - left.rho) <= negligible) return;
   reference.gap = std::max(0.0, reference.gap + (record.at_rest.rho - left.rho));
   reference.own = {left.rho + (reference.own.rho - record.at_rest.rho),
                    left.slope + (reference.own.slope - record.at_rest.slope)};
-  if (!(left.slope > 0.0)) reference = {};
+  if (!(reference.own.slope > negligible)) reference = {};
   record.at_rest = left;
 }
 
@@ -235,9 +238,10 @@ bigint VolumeForces::sum_of_partners(const BondStore &store) const
   uint64_t sum = 0;
   for (int i = 0; i < atom->nlocal; i++)
     if (!store.of(i).empty())
-      sum += ((uint64_t) atom->tag[i] * 0x9E3779B97F4A7C15ULL) ^
-          (0xD6E8FEB86659FD93ULL * (uint64_t) atom->type[i]);
-  return reduce_all((bigint) (sum >> 24), MPI_SUM, world);
+      sum += (((uint64_t) atom->tag[i] * 0x9E3779B97F4A7C15ULL) ^
+              (0xD6E8FEB86659FD93ULL * (uint64_t) atom->type[i])) >>
+          28;    // the sum of 2^27 atoms does not overflow
+  return reduce_all((bigint) sum, MPI_SUM, world);
 }
 
 // Collective. The densities of the bonds of each atom at their deq, but for those whose partner, on any MPI rank, is gone or
