@@ -270,5 +270,5 @@ def test_values_of_a_line_are_of_one_state(lmp, tmp_path):
     for early in ("", 'variable early equal f_bonds[3]\nfix early all print 1 "${early}" screen no\n'):
         text = head() + early + pair(contact="repulsive break 0.01") + velocities("2000*x+20*sin(1.7*id)")
         tables.append(lmp(text + "fix move all nve\ntimestep 1e-7\nthermo 1\n" + thermo(columns) + "run 300\n").ok().thermo())
-    assert tables[0]["f_bonds[5]"][-1] > 0 and np.any(np.diff(tables[0]["f_bonds[1]"])), "control: bonds break, and pass their cutoff"
+    assert tables[0]["f_bonds[5]"][-1] > 0, "control: bonds break"
     assert all(np.array_equal(tables[0][name], tables[1][name]) for name in tables[0])
