@@ -94,7 +94,7 @@ void ConjugateGradients::gather()
 
 ConjugateGradients::State ConjugateGradients::judge()
 {
-  double unfinished = all_sums[0].norm + 0.0 * all_sums[0].undamped;
+  double unfinished = all_sums[0].norm;
   for (int body = 1; body < bodies->count(); body++) {
     System &system = systems[body];
     if (!system.active) continue;
@@ -107,7 +107,7 @@ ConjugateGradients::State ConjugateGradients::judge()
     system.alpha = sum.norm / (sum.curvature - system.beta * sum.norm / system.alpha);
     system.last_norm = sum.norm;
   }
-  if (!std::isfinite(unfinished)) return State::NOT_FINITE;
+  if (!std::isfinite(unfinished) || !std::isfinite(all_sums[0].undamped)) return State::NOT_FINITE;
   return unfinished > 0.0 ? State::RUNNING : State::CONVERGED;
 }
 

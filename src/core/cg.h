@@ -200,8 +200,8 @@ class ConjugateGradients {
   }
 
   void gather();
-  double *sums() { return &all_sums[0].norm; }
-  int shared_sums() const { return 4 * (1 + bodies->shared_count()); }
+  double *sums() { return reinterpret_cast<double *>(all_sums.data()); }
+  int shared_sums() const { return SUMS * (1 + bodies->shared_count()); }
   State judge();
   void update();
 
@@ -211,6 +211,9 @@ class ConjugateGradients {
   double memory_usage() const { return bytes_of(all_sums, parts, systems); }
 
  private:
+  static constexpr int SUMS = sizeof(CgSums) / sizeof(double);
+  static_assert(sizeof(CgSums) == 4 * sizeof(double), "CgSums are a row of numbers");
+
   struct System {
     double alpha = 1.0, beta = 0.0, last_norm = HUGE_VAL;    // beta is 0 in the first iteration
     bool active = true;

@@ -7,11 +7,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace EVP {
 
 // of the correction of rotation; beyond, pairs rotate too far in a step
 static constexpr int MOST_PASSES = 20;
+static constexpr double FAR_ABOVE = 10.0;    // tolerances; round-off may leave one or two
 
 void DampingSolver::find_bodies(const PairData &pair_data, int groupbit)
 {
@@ -89,6 +91,16 @@ int DampingSolver::solve(double h_in, int groupbit, const Values &prescribed, Va
     cg.restart();
     cg.add_round_off(noise);
     if (meets_tolerance()) break;
+    if (pass < MOST_PASSES || passes_warned) continue;
+    const double worst = reduce_all(cg.worst(), MPI_MAX, world);
+    passes_warned = worst > FAR_ABOVE;
+    if (!passes_warned || comm->me) continue;
+    error->warning(FLERR,
+                   "{}: the damping of pairs that rotate within a step is far above its tolerance "
+                   "after {} passes (residual {:.3g} of it), at step {} with timestep {:.6g}: "
+                   "reduce the timestep (said once a "
+                   "run)",
+                   who, MOST_PASSES, worst, update->ntimestep, update->dt);
   }
   for (size_t k = 0; k < n; k++)
     if (mobility[k] > 0.0) applied[k] = (undamped[k] + change[k] - v[k]) / (h * mobility[k]) - f[k];

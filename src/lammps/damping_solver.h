@@ -48,6 +48,7 @@ class DampingSolver : protected Pointers {
   {
     bodies_build = -1;
     most_rotated = 0.0;
+    passes_warned = false;
   }
 
   /// Collective. From v and F in atom->v and atom->f, over a time h: the timestep or its second half.
@@ -82,7 +83,8 @@ class DampingSolver : protected Pointers {
   Values undamped;                // v*
   Values change, residual, direction, direction_product;    // change: v+ - v*
   Values noise;                                             // one value per atom
-  double most_rotated = 0.0;                                // square of half the largest angle
+  bool passes_warned = false;
+  double most_rotated = 0.0;    // square of half the largest angle
 
   int iterate(int iteration);
   bool meets_tolerance();

@@ -124,6 +124,7 @@ void FixEVPBonds::return_histories()
 
 void FixEVPBonds::end_of_step()
 {
+  counted_step = -1;    // what a fix before this one has asked for
   if (!bonds->has_history()) return settle_missing();
   if (!stepping)
     error->all(FLERR,

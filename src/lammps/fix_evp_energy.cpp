@@ -252,13 +252,13 @@ void FixEVPEnergy::end_instant()
 
 // f_ID: energy imbalance. f_ID[1..13], changes since the start: kinetic, stored in bonds up to xi_s
 // and above it, spent on lost bonds, new contacts; dissipated by gamma; work on prescribed atoms, of all
-// other forces; dissipated by flow, stored by hardening, released by broken bonds, volume energy; work of
+// other forces; dissipated by flow, 0, released by broken bonds, volume energy; work of
 // a box that deforms
 double FixEVPEnergy::compute_scalar()
 {
   double imbalance = 0.0;
   for (const Entry entry :
-       {KINETIC, FIRST, SECOND, LOST, CONTACTS, DISSIPATED, PLASTIC, HARDENING, BROKEN, VOLUME})
+       {KINETIC, FIRST, SECOND, LOST, CONTACTS, DISSIPATED, PLASTIC, BROKEN, VOLUME})
     imbalance += entries[entry];
   return imbalance - entries[PRESCRIBED] - entries[OTHERS] - entries[BOX];
 }

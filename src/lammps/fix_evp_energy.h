@@ -234,8 +234,7 @@ class FixEVPEnergy : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Ato
     PRESCRIBED,
     OTHERS,
     PLASTIC,
-    HARDENING,
-    BROKEN,
+    BROKEN = PLASTIC + 2,    // f_ID[10] is 0, for the numbers of the others
     VOLUME,
     BOX,
     NENTRIES

@@ -135,6 +135,40 @@ static bool moves_atoms_with_box(const Modify *modify, const Domain *domain)
   return false;
 }
 
+namespace {
+
+  /// Style of each edge and tilt, which the fix tells nobody but its heirs.
+  struct DeformStyles : public FixDeform {
+    static int of(const FixDeform *fix, int k) { return (fix->*&DeformStyles::set)[k].style; }
+  };
+
+  // Of edges whose length follows from volume or pressure, as those of keyword box of fix deform/pressure, which have no
+  // style of their own, LAMMPS stores a strain rate in place of the rate of the length
+  bool has_wrong_rate(const FixDeform *fix, int edge)
+  {
+    const int style = DeformStyles::of(fix, edge);
+    return fix->dimflag[edge] &&
+        (style == FixDeform::NONE || style == FixDeform::VOLUME || style == FixDeform::PRESSURE ||
+         style == FixDeform::PMEAN);
+  }
+
+}    // namespace
+
+void PairData::stop_at_wrong_box_rates() const
+{
+  for (const Fix *fix : modify->get_fix_list()) {
+    const auto *const deform = dynamic_cast<const FixDeform *>(fix);
+    if (!deform || deform->remapflag != Domain::V_REMAP) continue;
+    for (int edge = 0; edge < 3; edge++)
+      if (has_wrong_rate(deform, edge))
+        error->all(FLERR,
+                   "Pair evp/lj: damping needs the rate of edge {} of the box, but where volume or "
+                   "pressure set an edge, 'remap v' of fix {} of style {} has a wrong one: use "
+                   "erate or trate, with rates that keep the volume, or 'remap x'",
+                   "xyz"[edge], fix -> id, fix -> style);
+  }
+}
+
 bool PairData::is_present()
 {
   if (!on_all(is_packed(), world)) return false;
@@ -263,6 +297,7 @@ bool PairData::pack(const NeighList *neighbors)
     report();
     types.report();
   }
+  if (damping_acts()) stop_at_wrong_box_rates();
   lists.common_build++;
   types.check_radii();
   const bool same_list = snapshot.matches_list() && source.version() == source_version;

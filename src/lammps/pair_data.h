@@ -309,6 +309,7 @@ class PairData : protected Pointers {
   mutable std::vector<std::vector<std::pair<const PairList *, PackedRow>>> rows_of_atoms;
   mutable long rows_build = -1;    // of these, for pair_between()
 
+  void stop_at_wrong_box_rates() const;
   void report();
   bool pack(const NeighList *);
   void end_broken_run();

@@ -50,7 +50,9 @@ class PairEVPLJ : public Pair {
   // pair_style hybrid without end, and crashes; there, asking for them is an error instead
   void offer_pair_values()
   {
-    single_extra = strcmp(force->pair_style, "hybrid") == 0 ? 0 : NVALUES;
+    single_extra = NVALUES;
+    for (const char *name : {"hybrid", "hybrid/omp", "hybrid/kk"})    // one class, or its heir
+      if (strcmp(force->pair_style, name) == 0) single_extra = 0;
   }
   struct SumForLAMMPS;
   template <bool Damping> void compute_forces();

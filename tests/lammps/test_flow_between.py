@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hostile import refused
 from oracle import flow, law
-from small_bodies import head, thermo
+from small_bodies import head, lattice_body, pair, thermo, velocities, write_body
 
 ways = pytest.mark.parametrize("newton, ranks", [("on", 1), ("off", 2)])
 
@@ -255,3 +255,16 @@ thermo 50
         assert near["f_e[9]"][-1] > 0.0
         for name in ("f_e[2]", "f_e[9]", "f_bonds[2]"):
             assert far_off[name][-1] == pytest.approx(near[name][-1], rel=1e-9), (box, name)
+
+
+def test_values_of_a_line_are_of_one_state(lmp, tmp_path):
+    """Though a fix that is defined before fix evp/bonds has asked for one before the bonds of the step break."""
+    body = lattice_body((4, 3, 3))
+    write_body(tmp_path / "body.data", body)
+    columns = " ".join(f"f_bonds[{k}]" for k in range(1, 6))
+    tables = []
+    for early in ("", 'variable early equal f_bonds[3]\nfix early all print 1 "${early}" screen no\n'):
+        text = head() + early + pair(contact="repulsive break 0.01") + velocities("2000*x+20*sin(1.7*id)")
+        tables.append(lmp(text + "fix move all nve\ntimestep 1e-7\nthermo 1\n" + thermo(columns) + "run 300\n").ok().thermo())
+    assert tables[0]["f_bonds[5]"][-1] > 0, "control: bonds break"
+    assert all(np.array_equal(tables[0][name], tables[1][name]) for name in tables[0])

@@ -264,6 +264,15 @@ def test_turning_too_far_in_a_step_is_warned_of(lmp, tmp_path):
         assert sum("rotated by more than 0.15 rad per step" in line for line in run.warnings()) == warned
 
 
+def test_turning_beyond_all_passes_is_warned_of(lmp, tmp_path):
+    """Said once a run, with the remedy; not where round-off leaves little more than the tolerance, as in some steps at 0.14 rad."""
+    for angle, warned in ((0.14, 0), (1.5, 1)):
+        write_two(tmp_path / "body.data", GAP, (RADIUS, RADIUS))
+        run = lmp(spin_deck(1e6, 400.0, angle, 3.0))
+        found = [line for line in run.warnings() if "far above its tolerance after 20 passes" in line]
+        assert len(found) == warned and all("reduce the timestep" in line for line in found)
+
+
 TURNTABLE = """
 group grip id 1
 group free id 2

@@ -135,3 +135,27 @@ def test_remap_x_does_no_work_on_images(lmp, tmp_path):
     write_periodic(tmp_path)
     table = lmp(deck(4e-7, IMPLICIT).replace("remap v", "remap x")).ok().thermo()
     assert np.all(table["f_energy[13]"] == 0.0)
+
+
+VOLUME = "1 x erate 25 y volume z volume"
+
+
+@pytest.mark.parametrize("style", [EXPLICIT, IMPLICIT], ids=["explicit", "implicit"])
+def test_edges_that_follow_from_the_volume_are_refused(lmp, tmp_path, style):
+    """LAMMPS knows a strain rate of them in place of the rate of the length. One edge is enough; nothing is written."""
+    write_periodic(tmp_path)
+    for box in (VOLUME, "1 x vel 1 y volume units box", "1 x erate 25 z volume"):
+        run = lmp(deck(4e-7, style, box))
+        assert run.returncode != 0 and run.made_no_step()
+        assert "ERROR: Pair evp/lj: damping needs the rate of edge " in run.stdout and "use erate or trate" in run.stdout
+
+
+def test_all_other_rates_are_taken(lmp_decks, tmp_path):
+    """And those of the volume, where nothing asks for the rates. The same stretch by rates has the stress of 'remap x' but for damping."""
+    write_periodic(tmp_path)
+    rates = ("x erate 25 y erate -12.5 z erate -12.5", "x trate 25", "x vel 1 units box", "x delta 0 1e-4 units box", "x scale 1.001", "x wiggle 1e-5 1e-4")
+    decks = {rate: deck(4e-7, IMPLICIT, f"1 {rate}") for rate in rates}
+    decks["remap x"] = deck(4e-7, IMPLICIT, VOLUME).replace("remap v", "remap x")
+    decks["no damping"] = deck(4e-7, EXPLICIT, VOLUME).replace(f" {ROW.gamma:.17g} ", " 0 ")
+    for name, run in lmp_decks(decks).items():
+        assert np.all(np.isfinite(run.ok().thermo()["Pxx"])), name

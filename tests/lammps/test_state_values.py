@@ -163,6 +163,14 @@ compute low low evp/state/atom
             assert (count["new"].sum() > 0) == (contact != "none")
 
 
+@pytest.mark.parametrize("style", ["hybrid", "hybrid/omp"])
+def test_pair_local_in_hybrid(lmp, bar, style):
+    """LAMMPS before 2026 copies p1 ... of a sub-style without end: an error, no crash, by whatever name the style goes."""
+    coeffs = f"pair_style {style} evp/lj\npair_coeff * * evp/lj {words(law.TABLE1)}\n"
+    run = lmp(head("off") + coeffs + "fix bonds all evp/bonds\n" + MOVE + "compute pairs all pair/local p1\ndump 1 all local 1 pairs.dump c_pairs\nrun 1\n")
+    assert run.returncode != 0 and "ERROR: Pair style does not have extra field" in run.stdout
+
+
 def test_pair_local_beside_another_style(lmp, bar):
     """In hybrid/overlay p1 p2 p3 are ours when our pair_coeff line is the last of the pair (LAMMPS shows zeros otherwise),
     for distances within our largest dlim (beyond it LAMMPS shows the pair before); dist, energy and force are those of both styles together."""
