@@ -11,6 +11,8 @@
 #include "comm.h"
 #include "domain.h"
 #include "min.h"
+#include "my_page.h"
+#include "neigh_list.h"
 #include "neighbor.h"
 
 #include <cmath>
@@ -258,6 +260,10 @@ void FixEVPBonds::record()
     if (!file.empty()) return recording.take_file(file, pair_data->rules);
     neighbor->build_one(list);
     recording.take_zone(list, zone, pair_data, *this);
+    if (list->copy) return;    // of another one, which has the memory
+    delete[] list->ipage;
+    list->setup_pages(neighbor->pgsize, neighbor->oneatom);
+    list->inum = 0;    // nor does LAMMPS count these neighbors
   });
   check_box(pair_data);
   recording.give_to(*bonds);

@@ -33,7 +33,7 @@ void StableTimesteps::linearise(const PairData &pair_data, const FreeAtoms &free
   take_pairs(pair_data);
   if (VolumeForces *const volume = pair_data.volume()) {    // atoms may have moved since the forces
     const PairLists &lists = pair_data.packed_pairs();
-    volume->evaluate(lists, {scene::rows(atom->x), nullptr, nullptr, linear.nreact});
+    volume->evaluate_aside(lists);
     take_volume(*volume, lists);
     linear.find_springs_above_volume();
   }

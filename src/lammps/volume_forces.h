@@ -77,6 +77,10 @@ class VolumeForces : protected Pointers {
   /// The pair of a bond that breaks counts as one that was never recorded.
   void pair_leaves(PairLists &, int i, int j, double dlim) const;
 
+  /// Collective. The same for one who asks at other positions: what the fix reports, and which bonds break, stays that of the
+  /// forces.
+  void evaluate_aside(const PairLists &);
+
   /// A bond of own atom i that is past the end of the neighbor list breaks at the end of the step. Void with the next pack().
   void far_bond_leaves(int i, double deq, double alpha, double partner_radius);
 

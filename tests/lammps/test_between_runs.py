@@ -156,9 +156,9 @@ def test_a_run_that_an_error_broke_off_keeps_its_flow(tmp_path, ranks):
 
 @pytest.mark.parametrize("command", ["write_restart half.restart", "write_data half.data nocoeff"])
 def test_a_run_does_not_go_on_without_a_list(lmp, tmp_path, command):
-    """After the recording such a command makes LAMMPS replace the list, and 'run pre no' does not build it. After a further run it stays."""
+    """Such a command makes LAMMPS replace the lists where they are requested otherwise, and 'run pre no' does not build them. Else they stay."""
     write(tmp_path, "open")
     start = deck(start="timestep 1e-7\nthermo_style custom step pe\nthermo_modify norm no format float %.15g\nthermo 10\nrun 50\n")
-    refused(lmp(start + command + "\nrun 50 pre no\n"), "a command has replaced the neighbor list since the last run: omit 'pre no'", stepped=True)
-    run, plain = (lmp(start + f"run 0\n{between}\nrun 50 pre no\n").ok() for between in (command, ""))
-    assert list(run.thermo(2)["PotEng"]) == list(plain.thermo(2)["PotEng"])
+    refused(lmp(start + "compute near all coord/atom cutoff 0.01\n" + command + "\nrun 50 pre no\n"), "a command has replaced the neighbor list since the last run: omit 'pre no'", stepped=True)
+    run, plain = (lmp(start + f"{between}\nrun 50 pre no\n").ok() for between in (command, ""))
+    assert list(run.thermo(1)["PotEng"]) == list(plain.thermo(1)["PotEng"])

@@ -155,7 +155,7 @@ def test_a_run_goes_on_with_its_own_body_and_material_only(tmp_path):
         run = run_lammps("in.quasistatic", 1, {"specimen": REFERENCE, "out": "pull", **choices, "resume": "yes", **other}, tmp_path)
         assert run.returncode != 0 and "ERROR: pull.resume is of another specimen, material, plasticity or contact: " in run.stdout, other
     run = run_lammps("in.quasistatic", 1, {"specimen": REFERENCE, "out": "pull", **choices, "resume": "yes", "break": 0.1}, tmp_path)
-    assert run.returncode != 0 and "ERROR: pull.resume: -var break must be none, got '0.1'" in run.stdout
+    assert run.returncode != 0 and "ERROR: in.quasistatic: -var break must be none, got '0.1'" in run.stdout
     assert len(pull("in.quasistatic", tmp_path, **{**choices, "strain": 0.002}, resume="yes")[1]["strain"]) == 5
 
 

@@ -43,7 +43,7 @@ FAULTS = {
     "NO_DISPLACEMENT_LIMIT": Fault("no limit of displacement per step in fix dt/evp", ["table 1 pulled to rupture", "head on impact: 500"],
                                    "lammps/fix_dt_evp.cpp", "keep_below(opening.dt, DISPLACEMENT)", "(void) opening.dt"),
     "NO_OVERLAP_WARNING": Fault("no warning of overlaps", ["overlap to one half"],
-                                "lammps/pair_data.cpp", "if (all[1] <= 2 * overlaps_told) return;", "return;"),
+                                "lammps/pair_data.cpp", "if (all[1] <= 2 * overlaps_told) return all[2];", "return all[2];"),
     "NO_COINCIDENCE_CHECK": Fault("no check for coincident centres", ["coincident centres"],
                                   "lammps/pair_list_builder.cpp", "if (!(dsq > coincident * coincident))", "if (false)"),
     "HALF_CARRIED": Fault("half of the force carried into the second regime", ["pair swings across xi s", "pair passes dlim back and forth"],
