@@ -416,6 +416,6 @@ def test_what_is_reported_is_of_the_forces(lmp, tmp_path):
     write_body(tmp_path / "body.data", lattice_body((4, 4, 4), "xyz"))
     text = head(boundary="p p p") + pair(contact="none") + fix() + "fix box all deform 1 x erate 5 remap x\nfix move all nve\ntimestep 1e-6\ncompute dt all evp/dt\nthermo 10\n"
     plain, asked = (lmp(text + thermo(columns) + "run 50\n", ranks=2).ok().thermo() for columns in ("f_volume f_volume[1]", "c_dt f_volume f_volume[1]"))
-    assert plain["f_volume"][-1] > 0.01, "control"
+    assert plain["f_volume"][-1] > 1e-3, "control"
     for name in ("f_volume", "f_volume[1]"):
         assert np.array_equal(plain[name], asked[name])
