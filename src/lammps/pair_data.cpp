@@ -297,7 +297,7 @@ bool PairData::pack(const NeighList *neighbors)
     report();
     types.report();
   }
-  if (damping_acts()) stop_at_wrong_box_rates();
+  if (is_first && damping_acts()) stop_at_wrong_box_rates();
   lists.common_build++;
   types.check_radii();
   const bool same_list = snapshot.matches_list() && source.version() == source_version;
