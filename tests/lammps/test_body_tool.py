@@ -130,5 +130,7 @@ def test_stopped_while_it_packs(tmp_path, end):
     said = process.communicate(timeout=SECONDS)[0]
     assert process.returncode == 130 and said.splitlines()[-1] == "body.py: interrupted; nothing was written" and "Traceback" not in said
     assert [path.name for path in work.iterdir()] == ["running"] and out.read_text(encoding="utf-8") == "that of before"
-    with pytest.raises(ProcessLookupError):
-        os.kill(int((work / "running").read_text(encoding="utf-8")), 0)
+    with pytest.raises(ProcessLookupError):  # at once, but for the time in which the system takes it away
+        while time.monotonic() < limit:
+            os.kill(int((work / "running").read_text(encoding="utf-8")), 0)
+            time.sleep(0.05)
