@@ -3,6 +3,7 @@
 
 #include "core/bond_measures.h"
 #include "core/contacts.h"
+#include "core/limit.h"
 #include "core/pairs.h"
 #include "core/simd.h"
 
@@ -20,26 +21,73 @@ struct Bond {
   double deq;         ///< distance at recording [length]
 };
 
-/// The history of a pair on its way to the atom with local index i.
-struct HistoryOfPair {
-  int i;
-  bool is_record;    ///< of a bond, broken or not; else of a contact
+/// A pair that is no bond, but remembers: as one of its atoms keeps it.
+struct Remembered {
+  enum Kind : int64_t {
+    CONTACT,    ///< repels below its deq, as it has flowed: until it has been beyond R_i + R_j
+    APART       ///< what is left of a bond of eq. 8 that broke: repels below its deq, for good
+  };
   int64_t partner;
-  PairHistory history;
+  double deq;    ///< [length]
+  int64_t kind;
+};
+constexpr const char *REMEMBERED[] = {"contact", "apart"};    ///< for users
+
+/// What a sphere keeps beside its pairs.
+struct Sphere {
+  double p;           ///< plastic strain
+  double work;        ///< half of what its pairs have dissipated by flow [energy]
+  double slip;        ///< of its bonds, that p does not have yet: see FlowSums
+  double bonds;       ///< how many it had when p last moved on
+  double recorded;    ///< how many were recorded
+
+  /// Takes the slips of its bonds into p; bonds_now: how many it has. Without any they are dropped.
+  void move_on(double bonds_now)
+  {
+    if (bonds > 0.0) p += slip / (bonds * SLIP_PER_STRAIN);
+    slip = 0.0;
+    bonds = bonds_now;
+  }
+
+  /// Is it as at the recording of this many bonds?
+  bool is_new(size_t bonds_now) const
+  {
+    return p == 0.0 && work == 0.0 && slip == 0.0 && bonds == (double) bonds_now &&
+        recorded == (double) bonds_now;
+  }
 };
 
-/// A pair that is no bond, but has flowed: as one of its atoms keeps it.
-struct FlowedContact {
-  int64_t partner;
-  PairHistory history;
+/// The density of the neighbors of a particle, rho = sum t^2 with t = 1 - d/dlim over the pairs within
+/// dlim, and how it falls with a volume strain that is the same everywhere, G = 1/3 sum 2 t d/dlim.
+struct NeighborDensity {
+  double rho, slope;
+
+  void add(double d, double dlim)
+  {
+    const double t = std::max(0.0, 1.0 - d / dlim);
+    rho += t * t;
+    slope += 2.0 / 3.0 * t * d / dlim;
+  }
+};
+
+/// What of a particle is known at rest, by its bonds.
+struct VolumeReference {
+  NeighborDensity own;
+  double gap;     ///< by how much its density is below the mean of the interior, else 0
+  double torn;    ///< 1 once bonds have broken here: then new pairs only push; else 0
+};
+
+/// What a sphere keeps for fix evp/volume. All 0 where it has no bond.
+struct VolumeRecord {
+  VolumeReference reference;    ///< as of when the bonds were first seen, less those that have left
+  NeighborDensity at_rest;      ///< of the bonds that have not, at their deq of now
 };
 
 /// The records of the bonds: those of each local atom, in the order of the partners' IDs.
 ///
 /// A pair is kept on both of its atoms, equal to the last bit, so that whichever MPI rank meets it
-/// finds deq without communication. A deq never changes (paper 2.2). What does change, a PairHistory
-/// per bond and the contacts that have flowed, is kept beside them where asked for, and travels with
-/// them.
+/// finds deq without communication. Of eq. 8 a deq never changes (paper 2.2). Where bonds flow or end, what a sphere keeps,
+/// and the pairs that are no bonds but remember, are beside them, and travel with them.
 ///
 /// The index of a bond among the records of its atom is its slot, valid until that atom moves to
 /// another local index.
@@ -58,8 +106,8 @@ class BondStore {
   /// Pairs recorded, over all MPI ranks.
   int64_t count() const { return npairs; }
 
-  /// Bonds that have broken so far, as this MPI rank has counted them: their atoms may have gone since.
-  int64_t broken() const { return nbroken; }
+  /// Bonds that have ended so far, as this MPI rank has counted them: their atoms may have gone since.
+  int64_t ended() const { return nended; }
 
   /// Of all atoms at the recording: atoms that came later have higher IDs.
   int64_t highest_id() const { return highest; }
@@ -68,12 +116,8 @@ class BondStore {
   /// atoms that change later do not change it.
   BondMeasures measures;
 
-  /// Own atoms whose density at rest came with a bond file, for fix evp/volume at the set-up that read it.
-  struct DensityAtRest {
-    int i;
-    double rho, gap;
-  };
-  std::vector<DensityAtRest> densities_at_rest;
+  /// What fix evp/volume took the references for: see VolumeForces. reaches: 0 where it has not taken them.
+  double reaches = 0.0, exclusions = -1.0;
 
   /// Most words that an atom of this MPI rank has.
   int most_words() const
@@ -89,42 +133,47 @@ class BondStore {
   /// Pairs up to zone (R_i + R_j) were recorded; 0: up to the alpha of their types.
   double zone = 0.0;
 
-  /// Is there a history? Starts or drops one; what was recorded then has none yet.
+  /// Do bonds flow or end? Starts or drops what is kept of that.
   bool has_history() const { return with_history; }
   void keep_history(bool keep)
   {
     if (keep == with_history) return;
     with_history = keep;
-    histories.clear();
-    flowed_contacts.clear();
-    nbroken = 0;
+    spheres.clear();
+    remembered.clear();
+    nended = 0;
     grow((int) bonds.size());
     changed();
   }
 
-  /// Has any pair of a local atom flowed or, where that counts, broken?
-  bool has_changed(bool broken_counts = true) const
+  /// Are there references for fix evp/volume? Starts or drops them.
+  bool has_volume() const { return with_volume; }
+  void keep_volume(bool keep)
   {
-    for (size_t i = 0; i < histories.size(); i++) {
-      if (!flowed_contacts[i].empty()) return true;
-      for (const PairHistory &history : histories[i])
-        if (history.q != 0.0 || (broken_counts && !(history == PairHistory{}))) return true;
-    }
-    return false;
+    if (keep == with_volume) return;
+    with_volume = keep;
+    volumes.assign(keep ? bonds.size() : 0, VolumeRecord{});
+    reaches = 0.0;
+  }
+  VolumeRecord &volume(int i) { return volumes[i]; }
+  const VolumeRecord &volume(int i) const { return volumes[i]; }
+
+  /// Has any bond of these local atoms flowed?
+  bool has_flowed(int nlocal) const
+  {
+    return with_history &&
+        std::any_of(spheres.begin(), spheres.begin() + nlocal, [](const Sphere &own) {
+             return own.work > 0.0;
+           });
   }
 
-  /// Records of the first atoms whose bonds have not broken; both atoms of a bond have one.
-  int64_t count_unbroken(int natoms) const
+  /// Bonds of the first atoms; both atoms of a bond have one.
+  int64_t count_sides(int natoms) const
   {
     int64_t count = 0;
-    for (int i = 0; i < natoms; i++) {
-      count += (int64_t) bonds[i].size();
-      for (size_t k = 0; with_history && k < bonds[i].size(); k++) count -= is_broken(i, (int) k);
-    }
+    for (int i = 0; i < natoms; i++) count += (int64_t) bonds[i].size();
     return count;
   }
-
-  bool is_broken(int i, int slot) const { return with_history && histories[i][slot].broken != 0.0; }
 
   /// Takes the records of the local atoms, which may be in any order, all or none.
   template <class Tag>
@@ -134,21 +183,23 @@ class BondStore {
       recorded_as[i] = ids[i];
       bonds[i].swap(made[i]);
       std::sort(bonds[i].begin(), bonds[i].end(), precedes);
-      if (with_history) {
-        histories[i].assign(bonds[i].size(), PairHistory{});
-        flowed_contacts[i].clear();
-      }
+      if (with_volume) volumes[i] = {};
+      if (!with_history) continue;
+      const auto n = (double) bonds[i].size();
+      spheres[i] = {0.0, 0.0, 0.0, n, n};
+      remembered[i].clear();
     }
+    reaches = 0.0;
     restore(true, npairs_in, highest_in, 0);
   }
 
-  /// Takes what a restart file says of all records; those of the atoms follow by unpack(). broken: on one MPI rank.
-  void restore(bool recorded_in, int64_t npairs_in, int64_t highest_in, int64_t broken_in)
+  /// Takes what a restart file says of all records; those of the atoms follow by unpack(). ended: on one MPI rank.
+  void restore(bool recorded_in, int64_t npairs_in, int64_t highest_in, int64_t ended_in)
   {
     recorded = recorded_in;
     npairs = npairs_in;
     highest = highest_in;
-    nbroken = broken_in;
+    nended = ended_in;
     changed();
   }
 
@@ -162,38 +213,41 @@ class BondStore {
 
   const Bonds &of(int i) const { return bonds[i]; }
 
-  /// History of the bonds of an atom, by slot; nullptr without.
-  const PairHistory *histories_of(int i) const
+  /// What a sphere keeps; with history only.
+  Sphere &sphere(int i) { return spheres[i]; }
+  const Sphere &sphere(int i) const { return spheres[i]; }
+
+  /// Pairs of an atom that are no bonds, but remember; with history only.
+  std::vector<Remembered> &remembered_of(int i) { return remembered[i]; }
+  const std::vector<Remembered> &remembered_of(int i) const { return remembered[i]; }
+
+  /// A pair of atom i that is no bond, and remembers; nullptr if there is none.
+  const Remembered *find_remembered(int i, int64_t partner) const
   {
-    return with_history ? histories[i].data() : nullptr;
+    if (!with_history) return nullptr;
+    for (const Remembered &one : remembered[i])
+      if (one.partner == partner) return &one;
+    return nullptr;
   }
 
-  /// Contacts of an atom that have flowed; with history only.
-  const std::vector<FlowedContact> &contacts_of(int i) const { return flowed_contacts[i]; }
-
-  void clear_contacts()
+  /// deq of a bond of atom i has moved, or it may have ended since.
+  void move(int i, int64_t partner, double deq)
   {
-    for (auto &own : flowed_contacts) own.clear();
+    if (const Bond *const bond = find(i, partner)) bonds[i][bond - bonds[i].data()].deq = deq;
   }
 
-  /// Takes the history of a pair of atom i: of a record, or of a contact that has flowed, as what is
-  /// left of a broken bond may, too. A broken bond stays as it is.
-  void take(const HistoryOfPair &pair)
+  /// A bond of atom i has ended. The atom with the lower ID counts it.
+  void end(int i, int64_t partner)
   {
-    const auto &[i, is_record, partner, history] = pair;
-    if (!is_record) return flowed_contacts[i].push_back({partner, history});
-    if (const Bond *const bond = find(i, partner)) {
-      const auto slot = (int) (bond - bonds[i].data());
-      if (histories[i][slot].broken == 0.0) take(i, slot, history);
-    }
+    const Bond *const bond = find(i, partner);
+    if (!bond) return;
+    if (recorded_as[i] < partner) nended++;
+    bonds[i].erase(bonds[i].begin() + (bond - bonds[i].data()));
   }
+  void count_ended(int64_t more) { nended += more; }
 
-  /// The same of the bond in a slot. The atom with the lower ID counts those that break.
-  void take(int i, int slot, const PairHistory &history)
-  {
-    histories[i][slot] = history;
-    if (history.broken != 0.0 && recorded_as[i] < bonds[i][slot].partner) nbroken++;
-  }
+  /// Did this atom come after the recording?
+  bool is_new(int i) const { return recorded_as[i] == 0; }
 
   /// The bond of a local atom with a partner, nullptr if they were not recorded.
   const Bond *find(int i, int64_t partner) const
@@ -218,7 +272,7 @@ class BondStore {
   int64_t count_new(const int *mask, int bit, int nlocal) const
   {
     int64_t count = 0;
-    for (int i = 0; i < nlocal; i++) count += recorded_as[i] == 0 && (mask[i] & bit);
+    for (int i = 0; i < nlocal; i++) count += is_new(i) && (mask[i] & bit);
     return count;
   }
 
@@ -238,20 +292,25 @@ class BondStore {
   {
     recorded_as.resize(natoms, 0);
     bonds.resize(natoms);
+    if (with_volume) volumes.resize(natoms);
     if (!with_history) return;
-    const size_t had = histories.size();
-    histories.resize(natoms);
-    flowed_contacts.resize(natoms);
-    for (size_t i = had; i < histories.size(); i++) histories[i].assign(bonds[i].size(), {});
+    const size_t had = spheres.size();
+    remembered.resize(natoms);
+    spheres.resize(natoms);
+    for (size_t i = had; i < spheres.size(); i++) {
+      const auto n = (double) bonds[i].size();
+      spheres[i] = {0.0, 0.0, 0.0, n, n};
+    }
   }
   void copy(int from, int to)
   {
     if (from == to) return;
     recorded_as[to] = recorded_as[from];
     bonds[to] = bonds[from];
+    if (with_volume) volumes[to] = volumes[from];
     if (!with_history) return;
-    histories[to] = histories[from];
-    flowed_contacts[to] = flowed_contacts[from];
+    spheres[to] = spheres[from];
+    remembered[to] = remembered[from];
   }
 
   /// A new atom has no records.
@@ -259,18 +318,18 @@ class BondStore {
   {
     recorded_as[i] = 0;
     bonds[i].clear();
+    if (with_volume) volumes[i] = {};
     if (!with_history) return;
-    histories[i].clear();
-    flowed_contacts[i].clear();
+    spheres[i] = {};
+    remembered[i].clear();
   }
 
-  /// Words of an atom: own ID, number of records, then partner, deq and history of each, then the
-  /// number of contacts, and partner and history of each; without history no words of it.
+  /// Words of an atom: own ID, number of bonds, partner and deq of each; with history what the sphere keeps, the number of
+  /// pairs that remember, and these; with references these.
   size_t words_of(int i) const
   {
-    if (!with_history) return 2 + 2 * bonds[i].size();
-    return 3 + (2 + PairHistory::WORDS) * bonds[i].size() +
-        (1 + PairHistory::WORDS) * flowed_contacts[i].size();
+    const size_t words = 2 + 2 * bonds[i].size() + (with_volume ? VOLUME : 0);
+    return with_history ? words + SPHERE + 1 + 3 * remembered[i].size() : words;
   }
 
   /// The same words for migration and restart; integers travel as bits. Returns their number.
@@ -278,64 +337,65 @@ class BondStore {
   {
     double *at = put(recorded_as[i], buf);
     at = put((int64_t) bonds[i].size(), at);
-    for (size_t slot = 0; slot < bonds[i].size(); slot++) {
-      at = put(bonds[i][slot], at);
-      if (with_history) at = put(histories[i][slot], at);
-    }
+    for (const Bond &bond : bonds[i]) at = put(bond, at);
     if (with_history) {
-      at = put((int64_t) flowed_contacts[i].size(), at);
-      for (const FlowedContact &contact : flowed_contacts[i]) at = put(contact, at);
+      at = put(spheres[i], at);
+      at = put((int64_t) remembered[i].size(), at);
+      for (const Remembered &one : remembered[i]) at = put(one, at);
     }
+    if (with_volume) at = put(volumes[i], at);
     return (int) (at - buf);
   }
   /// Do the counts among the words of an atom make n words?
   bool fits(const double *words, size_t n) const
   {
     const size_t bonds = n > 1 ? (size_t) bits_as<uint64_t>(words[1]) : n;
-    if (bonds >= n) return false;
-    const size_t size = 2 + (with_history ? 2 + PairHistory::WORDS : 2) * bonds;
+    if (bonds >= n || (with_volume && n < VOLUME)) return false;
+    if (with_volume) n -= VOLUME;
+    const size_t size = 2 + 2 * bonds + (with_history ? SPHERE : 0);
     if (!with_history || size >= n) return !with_history && size == n;
-    const size_t contacts = (size_t) bits_as<uint64_t>(words[size]);
-    return contacts < n && size + 1 + (1 + PairHistory::WORDS) * contacts == n;
+    const size_t others = (size_t) bits_as<uint64_t>(words[size]);
+    return others < n && size + 1 + 3 * others == n;
   }
   int unpack(int i, const double *buf)
   {
     int64_t n = 0;
     const double *at = take(take(buf, recorded_as[i]), n);
     bonds[i].resize(n);
-    if (with_history) histories[i].resize(n);
-    for (size_t slot = 0; slot < bonds[i].size(); slot++) {
-      at = take(at, bonds[i][slot]);
-      if (with_history) at = take(at, histories[i][slot]);
-    }
+    for (Bond &bond : bonds[i]) at = take(at, bond);
     if (with_history) {
-      at = take(at, n);
-      flowed_contacts[i].resize(n);
-      for (FlowedContact &contact : flowed_contacts[i]) at = take(at, contact);
+      at = take(take(at, spheres[i]), n);
+      remembered[i].resize(n);
+      for (Remembered &one : remembered[i]) at = take(at, one);
     }
+    if (with_volume) at = take(at, volumes[i]);
     return (int) (at - buf);
   }
 
   double memory_usage() const
   {
-    double bytes = bytes_of(bonds, recorded_as, histories, flowed_contacts);
+    double bytes = bytes_of(bonds, recorded_as, spheres, remembered, volumes);
     for (const Bonds &own : bonds) bytes += bytes_of(own);
-    for (const auto &own : histories) bytes += bytes_of(own);
-    for (const auto &own : flowed_contacts) bytes += bytes_of(own);
+    for (const auto &own : remembered) bytes += bytes_of(own);
     return bytes;
   }
 
  private:
-  bool with_history;
+  bool with_history, with_volume = false;
   long version_now;
   bool recorded = false, closed = false;
-  int64_t npairs = 0, highest = 0, nbroken = 0;
+  int64_t npairs = 0, highest = 0, nended = 0;
 
   // per atom
   std::vector<int64_t> recorded_as;
   std::vector<Bonds> bonds;
-  std::vector<std::vector<PairHistory>> histories;            // with history only
-  std::vector<std::vector<FlowedContact>> flowed_contacts;    // with history only
+  std::vector<Sphere> spheres;                        // with history only
+  std::vector<std::vector<Remembered>> remembered;    // with history only
+
+  std::vector<VolumeRecord> volumes;    // with references for fix evp/volume only
+
+  static constexpr size_t SPHERE = sizeof(Sphere) / sizeof(double),
+                          VOLUME = sizeof(VolumeRecord) / sizeof(double);
 
   template <class T> static double *put(const T &value, double *words)
   {
@@ -354,52 +414,6 @@ class BondStore {
   {
     static long last = 0;
     version_now = ++last;
-  }
-};
-
-/// Looks the records of one atom up by partner, for neighbor after neighbor.
-///
-/// Neighbor lists hardly change their order from one build to the next, so that the slots that the
-/// last list found, in its order, mostly name the next one: one comparison then finds it.
-class RecordFinder {
- public:
-  static constexpr int NO_SLOT = -1;
-
-  /// Slots that are expected next, in this order; any numbers will do. *end is NO_SLOT.
-  struct Hints {
-    const int *begin, *end;
-  };
-
-  RecordFinder(const BondStore::Bonds &records_in, Hints hints_in) :
-      records(records_in.data()), n((int) records_in.size()), hints(hints_in)
-  {
-  }
-
-  /// Slot of the record with that partner, -1 if there is none. Asked again, as for another image of
-  /// the same partner, it is found again.
-  int find(int64_t partner)
-  {
-    const int slot = *hints.begin;
-    if ((unsigned) slot < (unsigned) n && records[slot].partner == partner) {
-      hints.begin++;
-      return slot;
-    }
-    return n ? search(partner) : -1;
-  }
-
- private:
-  const Bond *const records;
-  const int n;
-  Hints hints;
-  int search(int64_t partner)
-  {
-    const Bond *const at = BondStore::find(records, records + n, partner);
-    if (!at) return -1;
-    const int slot = (int) (at - records);
-    const int *const near_end = hints.begin + std::clamp<ptrdiff_t>(hints.end - hints.begin, 0, 64);
-    const int *const hint = std::find(hints.begin, near_end, slot);
-    if (hint != near_end) hints.begin = hint + 1;
-    return slot;
   }
 };
 

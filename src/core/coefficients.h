@@ -30,6 +30,7 @@ class Coefficients {
       tables[k].resize(n);
       for (int i = 0; i < n; i++) tables[k][i] = &values[((size_t) k * n + i) * n];
     }
+    flow_tables.assign((size_t) n * n, FlowTable());
     laws.assign((size_t) 4 * n * n, PairLaw());
     has_chosen = false;
   }
@@ -37,6 +38,7 @@ class Coefficients {
   void set(int i, int j, const Row &row)
   {
     for (int k = 0; k < NMEMBERS; k++) tables[k][i][j] = tables[k][j][i] = row.*MEMBERS[k].value;
+    flow_tables[index(i, j)] = flow_tables[index(j, i)] = row.flow;
   }
 
   /// As pair_coeff or fix adapt wrote it; fix adapt writes for i <= j only.
@@ -45,6 +47,7 @@ class Coefficients {
     Row row{};
     for (int k = 0; k < NMEMBERS; k++)
       row.*MEMBERS[k].value = tables[k][std::min(i, j)][std::max(i, j)];
+    row.flow = flow_tables[index(i, j)];
     return row;
   }
 
@@ -177,12 +180,13 @@ class Coefficients {
   }
   const BlockLaw &block_law(const PairList &list) const { return blocks[list.are_bonds ? 0 : 1]; }
 
-  double memory_usage() const { return bytes_of(values, laws); }
+  double memory_usage() const { return bytes_of(values, flow_tables, laws); }
 
  private:
   int n = 0;                                             // atom types and one more
   std::vector<double> values;                            // of all members
   std::array<std::vector<double *>, NMEMBERS> tables;    // [type][type] of each
+  std::vector<FlowTable> flow_tables;                    // [type][type]
   BondMeasures measures;                                 // of the body
   std::vector<PairLaw> laws;    // of all pairs of types, between bodies, then the twins of both
   std::array<std::vector<int>, 2> used, used_before;    // laws that bonds and contacts can have
@@ -197,10 +201,11 @@ class Coefficients {
       if (!damped) row.gamma = 0.0;
       Row elastic = row;
       elastic.xi_s = std::max(row.xi_s, LIMIT_BETWEEN_BODIES);
+      elastic.flow = {};
       for (const int own : {index(i, j), index(j, i)}) {
         const int k = damped ? own : undamped(own);
         laws[k] = PairLaw(row);
-        laws[between_bodies(k)] = PairLaw(elastic);
+        laws[between_bodies(k)] = PairLaw(elastic, elastic.xi_s);
       }
     }
   }

@@ -26,13 +26,15 @@ struct Span {
 /// no bonds.
 struct PairRules {
   Contact contact = Contact::LITERAL;
-  double overlap = 0.3;         ///< warn below d = (1 - overlap) (R_i + R_j)
-  bool plastic = false;         ///< plasticity isotropic: flow beyond the elastic limit stays
-  double break_strain = 0.0;    ///< bonds break for good beyond (1 + this) deq; 0: never
+  double overlap = 0.3;    ///< warn below d = (1 - overlap) (R_i + R_j)
+  bool plastic = false;    ///< plasticity isotropic: flow beyond the elastic limit stays
+  /// Of eq. 8 bonds break beyond (1 + this) deq; with plasticity where they are stretched and the mean plastic strain of
+  /// their spheres has reached this; 0: never.
+  double break_strain = 0.0;
 
   bool breaks() const { return break_strain > 0.0; }
 
-  /// Do bonds have values that change?
+  /// Do bonds flow, or end?
   bool has_history() const { return plastic || breaks(); }
 
   Flow flow_of_bonds() const { return plastic ? Flow::STAYS : Flow::FORGETS; }
@@ -41,7 +43,7 @@ struct PairRules {
   /// dlim: alpha (R_i + R_j).
   Span of_bond(double deq, double dlim) const
   {
-    return {deq, breaks() ? std::min(dlim, (1.0 + break_strain) * deq) : dlim};
+    return {deq, breaks() && !plastic ? std::min(dlim, (1.0 + break_strain) * deq) : dlim};
   }
 
   /// Of a pair that was never a bond. Those of two bodies only repel.
@@ -55,12 +57,12 @@ struct PairRules {
     return contact == Contact::REPULSIVE || in_different_bodies;
   }
 
-  /// What is left of a bond that broke repels below R_i + R_j, or, where the spheres still overlap when it breaks, below
-  /// where it broke: breaking makes no force and no energy.
-  Span of_broken(double sum_radii, double deq) const
+  /// What is left of a bond that ended at d repels below R_i + R_j, or, where the spheres still overlap there, below d: its
+  /// end makes no force and no energy. Of eq. 8 it ends at (1 + XI) deq.
+  Span of_ended(double sum_radii, double d) const
   {
-    const double rest = breaks() ? std::min(sum_radii, (1.0 + break_strain) * deq) : sum_radii;
-    return {rest, contact == Contact::NONE ? 0.0 : rest};
+    const double rest = std::min(sum_radii, d);
+    return {rest, contact == Contact::NONE ? 0.0 : plastic ? sum_radii : rest};
   }
 
   /// Margin of the cutoffs of contacts. One that only repels has no force there but that of damping: spheres that touch do

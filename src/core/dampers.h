@@ -65,7 +65,7 @@ class Dampers {
         law = p.law;
         root = std::sqrt(gamma_of(p));
       }
-      if (root == 0.0 || p.is_past_cutoff()) return;
+      if (root == 0.0 || !p.acts()) return;
       const double over_d = root / p.distance();
       dampers[n] = {p.g * over_d, p.j, p.number};
       scale[n] = over_d;

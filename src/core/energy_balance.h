@@ -14,48 +14,57 @@ namespace EVP {
 /// forces from which works and dissipation follow. Forces are those of the evaluation itself, at the
 /// velocities that it saw.
 ///
-/// Each pair counts from its rest at deq. A bond past its cutoff holds what it had there: that is lost until it comes
-/// back, wherever the neighbor list ends.
+/// Each pair counts from its rest at deq. Of eq. 8 a bond past its cutoff holds what it had there: that is lost until it
+/// comes back, wherever the neighbor list ends. Where bonds end it is lost for good, by end().
 class PairWork {
  public:
   /// Over the pairs of this MPI rank, those with a partner that takes no reaction by half; doubles
   /// only, to be added over MPI ranks [energy].
   struct Sums {
-    double elastic, forgotten;    ///< of bonds within their cutoffs, see Stored
-    double contacts;              ///< of contacts within theirs
+    double elastic,
+        forgotten;      ///< of bonds within their cutoffs, see Stored; where bonds end of all
+    double contacts;    ///< of contacts within theirs
     double contacts_at_cutoff;    ///< what these hold there: maybe thousands of times more
-    double past_cutoff;           ///< of bonds past theirs
-    double broken;                ///< of those that broke, since the start
-    double plastic;               ///< dissipated as q moves on to the next one
-    double plastic_of_missing;    ///< by bonds that have left the list, whose q has moved
+    double past_cutoff;           ///< of bonds past theirs, where they come back
+    double ended;                 ///< of those that ended, since the start
+    double plastic;               ///< dissipated as deq moves on
   };
   Sums sums() const
   {
-    return {found.elastic.total(),
-            found.forgotten.total(),
+    const Stored kept = bonds_end ? beyond_list.held : Stored{};    // until they end
+    return {found.elastic.total() - ended_now.elastic + kept.elastic,
+            found.forgotten.total() - ended_now.forgotten + kept.forgotten,
             found.contacts.total(),
             found.contacts_at_cutoff.total(),
-            found.past_cutoff.total() + missing - broken_since,
-            broken,
-            found.plastic.total(),
-            dissipated_by_missing};
+            bonds_end ? 0.0 : found.past_cutoff.total() + beyond_list.held.total(),
+            ended,
+            found.plastic.total() + dissipated_apart};
   }
 
-  /// Bonds that the list does not have, as they are past its end, hold this, and have dissipated this when they left it
-  /// [energy]. break: they have broken.
-  void take_missing(double held, double dissipated, bool breaks)
-  {
-    (breaks ? broken : missing) += held;
-    dissipated_by_missing += dissipated;
-  }
-  void forget_missing() { missing = 0.0; }
+  /// Do bonds past their cutoffs end?
+  bool bonds_end = false;
 
-  /// A bond that the last forces found past its cutoff has broken, where it held this [energy].
-  void add_broken(double energy)
+  /// Bonds past the end of the list hold this, and dissipate this on the way there [energy].
+  struct BeyondList {
+    Stored held;
+    double dissipated;
+  } beyond_list{};
+  void end_beyond_list()
   {
-    broken += energy;
-    broken_since += energy;
+    ended += beyond_list.held.total();
+    beyond_list = {};
   }
+
+  /// A bond has ended that the last forces found to hold this.
+  void end(const Stored &held, double share)
+  {
+    ended += share * held.total();
+    ended_now.elastic += share * held.elastic;
+    ended_now.forgotten += share * held.forgotten;
+  }
+
+  /// Dissipated at fixed distances, before the forces to come [energy].
+  void add_dissipated(double energy) { dissipated_before += energy; }
 
   /// Three values per particle and ghost [force], on ghosts reactions: of the pairs, damping included,
   /// which is empty without `separates`; and of the damping of their laws alone, empty where none acts.
@@ -92,7 +101,8 @@ class PairWork {
     damping.assign(damps ? (size_t) 3 * nall : 0, 0.0);
     through = {};
     found = {};
-    dissipated_by_missing = broken_since = 0.0;
+    ended_now = {};
+    dissipated_apart = std::exchange(dissipated_before, 0.0) + beyond_list.dissipated;
   }
   void end(const ParticleView &view)
   {
@@ -128,8 +138,8 @@ class PairWork {
     LaneSum elastic, forgotten, contacts, contacts_at_cutoff, past_cutoff, plastic;
   };
   bool fresh = false;
-  double broken = 0.0, missing = 0.0, dissipated_by_missing = 0.0;
-  double broken_since = 0.0;    // the last forces
+  double ended = 0.0, dissipated_before = 0.0, dissipated_apart = 0.0;
+  Stored ended_now{};    // since the last forces, which found it
   LaneSums found;
 
   void add_energies(const PairRange &range, const PairBlock &block, int nreact)
@@ -137,18 +147,20 @@ class PairWork {
     const bool are_bonds = range.list.are_bonds;
     const int *const j = range.list.j.data() + range.first;
     const int n = block.n;
+    const bool all_count = are_bonds && bonds_end;    // past their cutoffs too
     alignas(64) double weight[PairBlock::SIZE], inside[PairBlock::SIZE];
     int past = 0;
     call_vectorized([&]() EVP_KERNEL {
       int halves = 0;
       for (int k = 0; k < n; k++) halves += (int) (j[k] >= nreact);
-      past = count_past_cutoff(block);
+      past = all_count ? 0 : count_past_cutoff(block);
       const bool weighted = halves + past > 0;    // mostly not
       if (weighted) {
         EVP_INDEPENDENT
         for (int k = 0; k < n; k++) {
           weight[k] = j[k] < nreact ? 1.0 : 0.5;
-          inside[k] = block.distance_squared(k) > block.cutsq[k] ? 0.0 : weight[k];
+          const bool counts = all_count || !(block.distance_squared(k) > block.cutsq[k]);
+          inside[k] = counts ? weight[k] : 0.0;
         }
       }
       const auto add = [n, weighted](LaneSum &sum, const double *weights, const double *terms)

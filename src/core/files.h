@@ -3,6 +3,7 @@
 // The text files: rows of coefficients, and recorded bonds.
 #pragma once
 
+#include "core/bond_store.h"
 #include "core/contacts.h"
 #include "core/law.h"
 #include "core/pairs.h"
@@ -19,6 +20,33 @@
 
 namespace EVP {
 
+/// Reads the points of keyword flow from words[at] on; returns the index behind them. Throws BadInput.
+inline size_t parse_flow(const std::vector<std::string> &words, size_t at, FlowTable &flow)
+{
+  std::vector<double> values;
+  for (double value; at < words.size() && take_number(words[at], value); at++)
+    values.push_back(value);
+  if (values.empty() || values.size() % 2 || values.size() > 2 * FlowTable::MOST)
+    throw BadInput("flow needs 1 to " + std::to_string(FlowTable::MOST) +
+                   " points of two numbers, plastic strain and limit over xi_s, got " +
+                   std::to_string(values.size()) + " numbers");
+  flow.n = (int64_t) values.size() / 2;
+  for (int k = 0; k < flow.n; k++) {
+    flow.p[k] = values[2 * k];
+    flow.y[k] = values[2 * k + 1];
+  }
+  return at;
+}
+
+/// The points of a table, as keyword flow has them.
+inline std::string flow_text(const FlowTable &flow)
+{
+  std::string text;
+  for (int k = 0; k < flow.n; k++)
+    text += (k ? " " : "") + shortest_text(flow.p[k]) + " " + shortest_text(flow.y[k]);
+  return text;
+}
+
 /// The numbers and keywords of a row, checked; throws BadInput.
 inline Row parse_row(const std::vector<std::string> &words)
 {
@@ -32,11 +60,18 @@ inline Row parse_row(const std::vector<std::string> &words)
     row.*MEMBERS[k].value = parse_number(MEMBERS[k].key, words[k]);
 
   for (size_t at = NREQUIRED; at < words.size(); at += 2) {
+    if (words[at] == "flow") {
+      at = parse_flow(words, at + 1, row.flow) - 2;
+      continue;
+    }
+    if (words[at] == "saturation")
+      throw BadInput("keyword saturation of a row is gone: how far bonds hold is a table now, flow "
+                     "p0 Y0 p1 Y1 ... (plastic strain, limit over xi_s)");
     const Member *const member = find_member(words[at]);
     if (!member || member < MEMBERS + NREQUIRED)
       throw BadInput("unknown keyword '" + shown(words[at]) + "' of a row: after its " +
                      std::to_string(NREQUIRED) + " values it may have " +
-                     keys_of(MEMBERS + NREQUIRED, std::end(MEMBERS), ", "));
+                     keys_of(MEMBERS + NREQUIRED, std::end(MEMBERS), ", ") + ", flow");
     const std::string key = member->key;
     if (at + 1 == words.size()) throw BadInput("keyword " + key + " needs a value");
     row.*member->value = parse_number(key, words[at + 1]);
@@ -58,7 +93,7 @@ inline std::string row_text(const Row &row)
       if (&member >= MEMBERS + NREQUIRED) text += std::string(" ") + member.key;
       text += (text.empty() ? "" : " ") + shortest_text(row.*member.value);
     }
-  return text;
+  return row.flow.n > 0 ? text + " flow " + flow_text(row.flow) : text;
 }
 
 /// FILE and ROW of the word FILE:ROW; throws BadInput. The last colon counts, as a path may have some.
@@ -121,63 +156,67 @@ inline Row row_from_text(const std::string &text, const std::string &file, const
   return *found;
 }
 
-// The text file of recorded bonds: one header line, then `id_i id_j deq` a line, or, with plasticity or `break`,
-// `id_i id_j deq q k work broken` with broken 0 of a bond, 1 of one that broke for good, 2 of a contact
-// that was no bond and has flowed.
+// The text file of recorded bonds: one header line, then `id_i id_j deq` a line. Where bonds flow or end there may follow
+// lines `contact id_i id_j deq` and `apart id_i id_j deq` of pairs that are no bonds but remember (see Remembered), and
+// `sphere id p work slip bonds recorded rho0 G gap torn` of what spheres keep (see Sphere and VolumeReference).
 //
 //     # EVP bonds COUNT: 2975 UNITS: si
 //     1 17 0.0101234
 //
-// With `within` or `zone` of fix evp/bonds the header has WITHIN: or ZONE: and its word before UNITS:. With fix evp/volume
-// there may be lines `sphere id rho0 gap` of spheres where bonds have broken, and their number behind SPHERES:.
+// Words of the header with a number or name each, those that are not needed left out: WITHIN and ZONE as given to fix
+// evp/bonds, CONTACTS for the number of lines of pairs that are no bonds, ENDED for that of bonds that have ended, SPHERES.
 // Reads in pieces, whatever the size; every refusal is a BadInput that names the line.
-/// One recorded pair: IDs of its atoms, equilibrium distance [length], and what of it has changed.
-struct BondLine {
-  int64_t id_i, id_j;
-  double deq;
-  PairHistory history = {};
-  bool is_contact = false;    ///< no bond, but a contact that has flowed
 
-  bool has_changed() const { return is_contact || !(history == PairHistory{}); }
+/// What the header says beside the units.
+struct BondHeader {
+  int64_t bonds = 0;
+  BodyRule within = BodyRule::ALL;    ///< which atoms were one body when the file was written
+  double zone = 0.0;    ///< up to zone (R_i + R_j) pairs were recorded; 0: up to alpha
+  int64_t contacts = 0, ended = 0, spheres = 0;
 };
 
-/// A sphere whose density at rest is not that of its bonds: its ID, that density and the gap (see VolumeReference).
+/// One pair: IDs of its atoms, equilibrium distance [length]; its kind, or BOND.
+struct BondLine {
+  static constexpr int64_t BOND = -1;
+  int64_t id_i, id_j;
+  double deq;
+  int64_t kind = BOND;    ///< else a Remembered::Kind
+};
+
+/// What a sphere keeps, for fix evp/bonds and for fix evp/volume.
 struct SphereLine {
+  enum { P, WORK, SLIP, BONDS, RECORDED, RHO, SLOPE, GAP, TORN, NVALUES };
   int64_t id;
-  double rho, gap;
+  double values[NVALUES];
 };
 
 inline std::string sphere_text(const SphereLine &sphere)
 {
-  char text[96];
-  snprintf(text, sizeof(text), "sphere %lld %.17g %.17g\n", (long long) sphere.id, sphere.rho,
-           sphere.gap);
-  return text;
+  std::string text = "sphere " + std::to_string(sphere.id);
+  for (const double value : sphere.values) text += " " + shortest_text(value);
+  return text + "\n";
 }
 
 /// The header line, without its end.
-inline std::string bond_header(int64_t count, const std::string &units,
-                               BodyRule within = BodyRule::ALL, double zone = 0.0,
-                               int64_t spheres = 0)
+inline std::string bond_header(const BondHeader &header, const std::string &units)
 {
-  std::string header = "# EVP bonds COUNT: " + std::to_string(count);
-  if (within != BodyRule::ALL) header += std::string(" WITHIN: ") + BODY_RULES[(int) within];
-  if (zone > 0.0) header += " ZONE: " + shortest_text(zone);
-  if (spheres > 0) header += " SPHERES: " + std::to_string(spheres);
-  return header + " UNITS: " + units;
+  std::string text = "# EVP bonds COUNT: " + std::to_string(header.bonds);
+  if (header.within != BodyRule::ALL)
+    text += std::string(" WITHIN: ") + BODY_RULES[(int) header.within];
+  if (header.zone > 0.0) text += " ZONE: " + shortest_text(header.zone);
+  if (header.contacts > 0) text += " CONTACTS: " + std::to_string(header.contacts);
+  if (header.ended > 0) text += " ENDED: " + std::to_string(header.ended);
+  if (header.spheres > 0) text += " SPHERES: " + std::to_string(header.spheres);
+  return text + " UNITS: " + units;
 }
 
 /// One line of the file with its end; 17 digits bring deq back to the last bit.
-inline std::string bond_text(const BondLine &bond, bool with_history = false)
+inline std::string bond_text(const BondLine &bond)
 {
-  const PairHistory &h = bond.history;
-  char text[192];
-  int n = snprintf(text, sizeof(text), "%lld %lld %.17g", (long long) bond.id_i,
-                   (long long) bond.id_j, bond.deq);
-  if (with_history)
-    snprintf(text + n, sizeof(text) - n, " %.17g %.17g %.17g %d", h.q * bond.deq, h.k, h.work,
-             bond.is_contact ? 2 : (int) h.broken);
-  return text + std::string("\n");
+  const std::string kind = bond.kind == BondLine::BOND ? ""
+                                                       : std::string(REMEMBERED[bond.kind]) + " ";
+  return kind + std::to_string(bond.id_i) + " " + std::to_string(bond.id_j) + " " +
+      rounded(bond.deq, 17) + "\n";
 }
 
 /// Reads a bond file from an open stream, which stays the caller's.
@@ -189,62 +228,76 @@ class BondReader {
   {
     at_next_line([&](const std::string &line) {
       std::vector<std::string> words = split_words(line.substr(line.find('#') + 1));
-      while (words.size() > 6 &&
-             (words[4] == "WITHIN:" || words[4] == "ZONE:" || words[4] == "SPHERES:")) {
-        if (words[4] == "WITHIN:")
-          within = parse_body_rule(words[5]);
-        else if (words[4] == "ZONE:")
-          zone = parse_number("ZONE", words[5]);
-        else
-          declared_spheres = parse_whole("SPHERES", words[5], 0);
+      while (words.size() > 6 && take_word(words[4], words[5]))
         words.erase(words.begin() + 4, words.begin() + 6);
-      }
       if (line[0] != '#' || words.size() != 6 || words[0] != "EVP" || words[1] != "bonds" ||
           words[2] != "COUNT:" || words[4] != "UNITS:")
-        throw BadInput("expected the header '" + bond_header(0, units) +
+        throw BadInput("expected the header '" + bond_header({}, units) +
                        "' with the number of bonds, as write_evp_bonds writes it");
       if (words[5] != units)
         throw BadInput("the bonds are in UNITS: " + shown(words[5]) + ", but 'units " + units +
                        "' is in force");
-      declared = parse_whole("COUNT", words[3], 0);
+      header.bonds = parse_whole("COUNT", words[3], 0);
     });
     if (line_number == 0)
       throw BadInput("the bond file is empty or cannot be read (file '" + file + "')");
   }
 
-  BodyRule within = BodyRule::ALL;    ///< which atoms were one body when the file was written
-  double zone = 0.0;    ///< up to zone (R_i + R_j) pairs were recorded; 0: up to alpha
+  BondHeader header;
   std::vector<SphereLine> spheres;    ///< those read so far
 
-  /// Appends up to most bonds; false at the end of the file, where the count must be met.
-  bool read(std::vector<BondLine> &bonds, size_t most)
+  /// Appends up to most pairs; false at the end of the file, where the counts must be met.
+  bool read(std::vector<BondLine> &pairs, size_t most)
   {
-    const size_t before = bonds.size();
+    const size_t before = pairs.size();
     bool more = true;
-    while (more && bonds.size() < before + most)
+    while (more && pairs.size() < before + most)
       more = at_next_line([&](const std::string &line) {
         const std::vector<std::string> words = split_words(line);
         if (!words.empty() && words[0] == "sphere")
           spheres.push_back(parse_sphere(words));
         else if (!words.empty())
-          bonds.push_back(parse_bond(words));
+          pairs.push_back(parse_pair(words));
       });
-    seen += bonds.size() - before;
-    if (!more && seen != declared)
-      throw BadInput("the bond file holds " + std::to_string(seen) + " bonds, its header says " +
-                     std::to_string(declared) + ": it is incomplete or was changed (file '" + file +
-                     "')");
-    if (!more && (int64_t) spheres.size() != declared_spheres)
-      throw BadInput("the bond file holds " + std::to_string(spheres.size()) +
-                     " spheres, its header says " + std::to_string(declared_spheres) +
-                     ": it is incomplete or was changed (file '" + file + "')");
-    return more;
+    for (size_t k = before; k < pairs.size(); k++)
+      (pairs[k].kind == BondLine::BOND ? bonds : contacts)++;
+    if (more) return true;
+    demand("bonds", bonds, header.bonds);
+    demand("contacts", contacts, header.contacts);
+    demand("spheres", (int64_t) spheres.size(), header.spheres);
+    return false;
   }
 
  private:
   std::istream &in;
   std::string file;
-  int64_t declared = 0, declared_spheres = 0, seen = 0, line_number = 0;
+  int64_t bonds = 0, contacts = 0, line_number = 0;
+
+  /// Takes a word of the header and its value, false if it is none of those that may be left out.
+  bool take_word(const std::string &word, const std::string &value)
+  {
+    if (word == "WITHIN:")
+      header.within = parse_body_rule(value);
+    else if (word == "ZONE:")
+      header.zone = parse_number("ZONE", value);
+    else if (word == "CONTACTS:")
+      header.contacts = parse_whole("CONTACTS", value, 0);
+    else if (word == "ENDED:")
+      header.ended = parse_whole("ENDED", value, 0);
+    else if (word == "SPHERES:")
+      header.spheres = parse_whole("SPHERES", value, 0);
+    else
+      return false;
+    return true;
+  }
+
+  void demand(const std::string &what, int64_t found, int64_t declared) const
+  {
+    if (found != declared)
+      throw BadInput("the bond file holds " + std::to_string(found) + " " + what +
+                     ", its header says " + std::to_string(declared) +
+                     ": it is incomplete or was changed (file '" + file + "')");
+  }
 
   /// Calls take(line); false at the end of the file. The cause stands first in messages: a path may be longer than what
   /// a host program shows.
@@ -278,35 +331,34 @@ class BondReader {
 
   static SphereLine parse_sphere(const std::vector<std::string> &words)
   {
-    if (words.size() != 4)
-      throw BadInput("expected 'sphere id rho0 gap', got " + std::to_string(words.size()) +
-                     " words");
-    const SphereLine sphere = {parse_whole("id", words[1], 1), parse_number("rho0", words[2]),
-                               parse_number("gap", words[3])};
-    if (!(sphere.gap >= 0.0))
-      throw BadInput("gap must be zero or positive, got " + shown(words[3]));
+    if (words.size() != 2 + SphereLine::NVALUES)
+      throw BadInput("expected 'sphere id p work slip bonds recorded rho0 G gap torn', got " +
+                     std::to_string(words.size()) + " words");
+    SphereLine sphere = {parse_whole("id", words[1], 1), {}};
+    for (int k = 0; k < SphereLine::NVALUES; k++) {
+      sphere.values[k] = parse_number("a value of a sphere", words[2 + k]);
+      if (!(sphere.values[k] >= 0.0) && k != SphereLine::RHO)
+        throw BadInput("values of a sphere but rho0 must be zero or positive, got " +
+                       shown(words[2 + k]));
+    }
     return sphere;
   }
 
-  static BondLine parse_bond(const std::vector<std::string> &words)
+  static BondLine parse_pair(std::vector<std::string> words)
   {
-    if (words.size() != 3 && words.size() != 7)
-      throw BadInput("expected 3 or 7 values, got " + std::to_string(words.size()) +
-                     " (a bond is id_i id_j deq, or id_i id_j deq q k work broken)");
-    BondLine bond = {parse_whole("id_i", words[0], 1), parse_whole("id_j", words[1], 1),
-                     parse_number("deq", words[2])};
-    if (!(bond.deq > 0.0)) throw BadInput("deq must be positive, got " + shown(words[2]));
-    if (words.size() == 3) return bond;
-    const int64_t broken = parse_whole("broken", words[6], 0);
-    bond.history = {parse_number("q", words[3]) / bond.deq, parse_number("k", words[4]),
-                    parse_number("work", words[5]), broken == 1 ? 1.0 : 0.0};
-    if (!(bond.history.k >= 0.0))
-      throw BadInput("k must be zero or positive, got " + shown(words[4]));
-    if (broken > 2)
-      throw BadInput("broken must be 0 (a bond), 1 (a broken bond) or 2 (a new pair), got " +
-                     shown(words[6]));
-    bond.is_contact = broken == 2;
-    return bond;
+    BondLine pair{};
+    pair.kind = BondLine::BOND;
+    for (const int64_t kind : {Remembered::CONTACT, Remembered::APART})
+      if (words[0] == REMEMBERED[kind]) pair.kind = kind;
+    if (pair.kind != BondLine::BOND) words.erase(words.begin());
+    if (words.size() != 3)
+      throw BadInput("expected 'id_i id_j deq', got " + std::to_string(words.size()) +
+                     " values; contact or apart may stand before them");
+    pair.id_i = parse_whole("id_i", words[0], 1);
+    pair.id_j = parse_whole("id_j", words[1], 1);
+    pair.deq = parse_number("deq", words[2]);
+    if (!(pair.deq > 0.0)) throw BadInput("deq must be positive, got " + shown(words[2]));
+    return pair;
   }
 };
 

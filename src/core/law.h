@@ -10,21 +10,32 @@
 
 namespace EVP {
 
-/// Strains closer to the elastic limit than this are at it: a pair that has just flowed stays as it is, to the last bit,
-/// when its force is evaluated again, as after a restart.
-constexpr double AT_LIMIT = 4e-15;
-
 /// How a pair flows beyond its elastic limit.
 enum class Flow {
   FORGETS,      ///< eq. 8: what flows is stored, and comes back
-  STAYS,        ///< plasticity isotropic
+  STAYS,        ///< plasticity isotropic: deq moves
   COMPRESSES    ///< the same of a contact, which only repels
 };
 
-/// What a pair has flowed so far: the offset q over deq, and k, the sum of |dq| over deq.
-struct Offset {
-  double q = 0.0, k = 0.0;
-};
+/// With plasticity a pair is at its limit from this share of it on. Limits move on in steps of time, and a pair that flows
+/// is a little below its limit after each of them.
+constexpr double AT_LIMIT = 0.99;
+
+/// ln(a/b), to the last digits: by how much a pair flows. The series is for numbers that differ by less than a tenth.
+EVP_INLINE double log_of_close_ratio(double a, double b)
+{
+  const double z = (a - b) / (a + b), zz = z * z;
+  return 2.0 * z *
+      (1.0 + zz * (1.0 / 3.0 + zz * (1.0 / 5.0 + zz * (1.0 / 7.0 + zz * (1.0 / 9.0 + zz / 11.0)))));
+}
+EVP_INLINE bool are_close(double a, double b)
+{
+  return std::fabs(a - b) < 0.1 * b;
+}
+inline double log_of_ratio(double a, double b)
+{
+  return are_close(a, b) ? log_of_close_ratio(a, b) : std::log1p((a - b) / b);
+}
 
 /// What a pair holds above its energy at deq [energy]: by its elastic strain, and with eq. 8 by flow that it forgets.
 struct Stored {
@@ -88,27 +99,21 @@ template <class Powers> struct Regime {
 /// Powers: the exponents of both regimes as a type, or AnyPowers.
 ///
 /// Notation: d distance of the centres, deq the equilibrium distance of the pair, r = d/deq, F > 0 repels.
-/// An offset q deq shifts the pair: its elastic strain is r - 1 - q, and F = F_I(d - q deq).
 ///
-/// Eq. 8 is a return map that forgets: beyond xi_s the elastic strain stays there, the rest is an offset found from 0
-/// each time, which adds F_II((1 + q) deq), and what it takes counts as stored.
-/// With plasticity offsets stay, nothing is added, and the elastic limit grows with k:
-/// y(k) = xi_s + h K(k), K = k, or k_s (1 - exp(-k/k_s)) with saturation k_s. h makes the slope beyond it that of eq. 8.
+/// With plasticity there is the first regime alone, at an r that is held within 1 -+ y, y being the limit that the spheres of
+/// the pair have: beyond it deq moves, so that d/deq is there. F d and what is stored do not change as a pair flows.
 template <class Powers> class Law {
  public:
   Regime<Powers> first, second;
   double xi_s, gamma;
-  double hardening, saturation;    ///< h; k_s, 0 where linear
+  double
+      own_limit;    ///< of pairs that hold by this row, whatever their spheres have gone through; else 0
 
   /// Throws BadInput where a member breaks its rule, or numbers of this law would overflow.
-  explicit Law(const Row &row) :
+  explicit Law(const Row &row, double own_limit_in = 0.0) :
       first(row.e1, row.m1, row.n1), second(row.e2, row.m2, row.n2), xi_s(row.xi_s),
-      gamma(row.gamma), saturation(row.saturation)
+      gamma(row.gamma), own_limit(own_limit_in)
   {
-    const double ratio = row.m2 * row.n2 * row.e2 / (row.m1 * row.n1 * row.e1);
-    hardening = ratio < 1.0 ? ratio / (1.0 - ratio)
-                            : 0.0;    // with plasticity PairLaw::check_flow() refuses others
-    flowing = 1.0 / (1.0 + hardening);
     const auto at = [this](double strain) {
       const double s = 1.0 / (1.0 + strain);
       return Threshold{first.force(s), first.stored(strain, s)};
@@ -159,75 +164,24 @@ template <class Powers> class Law {
 
   // plasticity
 
-  /// y(k): the largest elastic strain.
-  EVP_INLINE double limit(double k) const
+  /// The r where a pair at r is held that flows beyond the limit of its spheres. Of a contact 1 where it is apart.
+  template <bool Contact> EVP_INLINE double held(double r, double limit) const
   {
-    return xi_s + hardening * (saturation == 0.0 ? k : -saturation * std::expm1(-k / saturation));
+    const double y = own_limit > 0.0 ? own_limit : limit;
+    const double low = 1.0 - y, high = Contact ? 1.0 : 1.0 + y;
+    return r < low ? low : r > high ? high : r;
   }
 
-  /// By how much a pair flows whose elastic strain would be `strain`, with its sign taken out: Delta of
-  /// strain - Delta = y(k + Delta), for any increment.
-  EVP_INLINE double slip_linear(double strain, double k) const
+  /// Does it flow there from r? A contact that is apart does not.
+  template <bool Contact> EVP_INLINE static bool flows(double r, double held)
   {
-    const double over = strain - (xi_s + hardening * k);
-    return over > AT_LIMIT ? over * flowing : 0.0;
-  }
-  double slip(double strain, double k) const
-  {
-    if (saturation == 0.0) return slip_linear(strain, k);
-    const double over = strain - limit(k);
-    if (!(over > AT_LIMIT)) return 0.0;
-    double delta = over * flowing;    // too little, and so is each step of Newton's
-    for (int it = 0; it < 100; it++) {
-      const double rest = strain - delta - limit(k + delta);
-      const double step = rest / (1.0 + hardening * std::exp(-(k + delta) / saturation));
-      if (!(step > 0.0) || delta + step == delta) break;
-      delta += step;
-    }
-    return delta;
+    return Contact ? held > r : held != r;
   }
 
-  /// Dissipated as a pair slips at its limit, whose elastic strain has this sign [energy]: the integral of |F_I| deq dk.
-  EVP_INLINE double dissipated(double sign, double k, double slip) const
+  /// Dissipated as a pair flows that is held where F deq is this [energy]: the integral of |F| along d, as F d stays.
+  static double dissipated(double force, double r, double held)
   {
-    if constexpr (Powers::are_fixed)
-      if (saturation == 0.0) return dissipated_linear(sign, k, slip);
-    return dissipated_by_gauss(sign, k, slip);
-  }
-
-  /// The same for linear hardening in closed form, [Phi_I at y(k + slip) - Phi_I at y(k)]/h without cancellation.
-  EVP_INLINE double dissipated_linear(double sign, double k, double slip) const
-  {
-    constexpr int N = Powers::lower;
-    const double y = xi_s + hardening * k;
-    const double before = sign * y, after = sign * (y + hardening * slip);
-    const double both = 1.0 / ((1.0 + before) * (1.0 + after));
-    const double s0 = both * (1.0 + after), s1 = both * (1.0 + before);
-    const double open = Regime<Powers>::opened(before, s0) + Regime<Powers>::opened(after, s1);
-    return first.e * std::fabs(open) * power_quotient<N>(s0, s1) * both * slip;
-  }
-  double dissipated_by_gauss(double sign, double k, double slip) const
-  {
-    constexpr double AT[] = {0.0, 0.5384693101056831, 0.9061798459386640};
-    constexpr double WEIGHT[] = {128.0 / 225.0, 0.4786286704993665, 0.2369268850561891};
-    const double bends = saturation == 0.0
-        ? slip
-        : std::min(slip, 40.0 * saturation);    // the limit is constant then
-    const double end = limit(k + bends);
-    const double steep =
-        (1.0 + first.powers.m) * (end - limit(k)) / (1.0 + std::min(0.0, sign * end));
-    const int parts = 1 + (saturation == 0.0 ? 0 : (int) (2.0 * bends / saturation)) + (int) steep;
-    const auto force_at = [this, sign, k](double by) {
-      return std::fabs(first.force(1.0 / (1.0 + sign * limit(k + by))));
-    };
-    const double half = 0.5 * bends / parts;
-    double sum = 0.0;
-    for (int part = 0; part < parts; part++)
-      for (int point = -2; point <= 2; point++) {
-        const double at = 2 * part + 1 + std::copysign(AT[std::abs(point)], point);
-        sum += WEIGHT[std::abs(point)] * force_at(half * at);
-      }
-    return half * sum + (slip > bends ? (slip - bends) * force_at(slip) : 0.0);
+    return std::fabs(force * held * log_of_ratio(r, held));
   }
 
  private:
@@ -235,7 +189,6 @@ template <class Powers> class Law {
     double force, stored;    ///< F_I deq and Phi_I - Phi_I(deq) at ds
   };
   Threshold stretched, compressed;
-  double flowing;    // share of an increment beyond the limit that flows
 
   EVP_INLINE PowerPair powers_at(const Place &at, double s) const
   {
@@ -250,7 +203,7 @@ template <class Powers> class Law {
 struct PairVariables {
   double inv_deq;    ///< 1/deq [1/length]
   Flow flow = Flow::FORGETS;
-  Offset offset = {};    ///< of a pair whose flow stays, else 0
+  double limit = 0.0;    ///< of its spheres, the smaller one, where flow stays
 };
 
 /// All that the law says of one pair. Forces and stiffness with their units: [energy/length], [energy/length^2].
@@ -260,8 +213,8 @@ struct PairState {
   double dissipated;         ///< by flow on the way here [energy]
   double stiffness;          ///< -dF/dd, elastic; that of the first regime at xi_s, where it jumps
   double stiffness_ahead;    ///< the largest one that it can have in the steps to come
-  Offset offset;             ///< after the flow
-  int regime;                ///< 1 or 2 (eq. 8); with plasticity 2 once it has flowed
+  double inv_deq;            ///< after the flow [1/length]
+  int regime;                ///< 1 or 2 (eq. 8); with plasticity 2 at its limit
 };
 
 /// The law of a pair for all but the time-step loop.
@@ -270,26 +223,23 @@ class PairLaw : public Law<AnyPowers> {
   Row row;
 
   /// Throws BadInput where a member breaks its rule, or numbers of this law would overflow.
-  explicit PairLaw(const Row &row_in = {}) : Law(checked(row_in)), row(row_in) { check_range(); }
-
-  /// Throws BadInput where the row cannot flow.
-  void check_flow() const
+  explicit PairLaw(const Row &row_in = {}, double own_limit_in = 0.0) :
+      Law(checked(row_in), own_limit_in), row(row_in)
   {
-    if (!(row.m2 * row.n2 * row.e2 < row.m1 * row.n1 * row.e1))
-      throw BadInput(
-          "plasticity isotropic needs a second regime less stiff than the first, got m2 n2 e2 = " +
-          rounded(row.m2 * row.n2 * row.e2) +
-          " and m1 n1 e1 = " + rounded(row.m1 * row.n1 * row.e1) + ": flow would not end");
+    check_range();
   }
 
   /// At r = d/deq.
   PairState state(double r, const PairVariables &pair) const
   {
-    PairState now = pair.flow == Flow::FORGETS ? state_forgetting(r) : state_flowing(r, pair);
-    now.stiffness_ahead =
-        std::max(now.stiffness, now.stiffness_ahead) * pair.inv_deq * pair.inv_deq;
-    now.stiffness *= pair.inv_deq * pair.inv_deq;
-    now.force *= pair.inv_deq;
+    PairState now = pair.flow == Flow::FORGETS ? state_forgetting(r)
+        : pair.flow == Flow::STAYS             ? state_flowing<false>(r, pair.limit)
+                                               : state_flowing<true>(r, pair.limit);
+    now.inv_deq *= pair.inv_deq;
+    const double per_square = now.inv_deq * now.inv_deq;
+    now.stiffness_ahead = std::max(now.stiffness, now.stiffness_ahead) * per_square;
+    now.stiffness *= per_square;
+    now.force *= now.inv_deq;
     return now;
   }
 
@@ -299,16 +249,11 @@ class PairLaw : public Law<AnyPowers> {
     return std::fabs(first.stiffness(1.0 / r)) / (deq * deq);
   }
 
-  /// The strain where F_I is largest in tension: a limit beyond it softens the pair.
-  double strongest_strain() const
-  {
-    return std::pow((row.m1 + 1.0) / (row.n1 + 1.0), 1.0 / (row.m1 - row.n1)) - 1.0;
-  }
-
  private:
   PairState state_forgetting(double r) const
   {
     PairState now{};
+    now.inv_deq = 1.0;
     const Place at = place(r);
     const double s = 1.0 / at.shifted;
     now.force = force(at, s);
@@ -320,24 +265,19 @@ class PairLaw : public Law<AnyPowers> {
     return now;
   }
 
-  PairState state_flowing(double r, const PairVariables &pair) const
+  template <bool Contact> PairState state_flowing(double r, double limit) const
   {
     PairState now{};
-    const Offset &before = pair.offset;
-    const bool is_contact = pair.flow == Flow::COMPRESSES;
-    const double strain = r - 1.0 - before.q;
-    const double by = slip(is_contact ? -strain : std::fabs(strain), before.k);
-    now.offset = {before.q + std::copysign(by, strain), before.k + by};
-    const double elastic = r - 1.0 - now.offset.q;
-    const double acting = is_contact ? std::min(elastic, 0.0)
-                                     : elastic;    // a contact apart does nothing
-    const double s = 1.0 / (1.0 + acting);
+    const double at = held<Contact>(r, limit), s = 1.0 / at, strain = at - 1.0;
+    const double y = own_limit > 0.0 ? own_limit : limit;
+    const bool moves = flows<Contact>(r, at);
     now.force = first.force(s);
-    now.stored = {first.stored(acting, s), 0.0};
-    now.dissipated = by > 0.0 ? dissipated(std::copysign(1.0, strain), before.k, by) : 0.0;
-    now.stiffness = elastic > acting ? 0.0 : first.stiffness(s);
+    now.stored = {first.stored(strain, s), 0.0};
+    now.dissipated = moves ? dissipated(now.force, r, at) : 0.0;
+    now.inv_deq = moves ? at / r : 1.0;
+    now.stiffness = Contact && r > 1.0 ? 0.0 : first.stiffness(s);
     now.stiffness_ahead = row.m1 * row.n1 * row.e1;
-    now.regime = now.offset.k > 0.0 ? 2 : 1;
+    now.regime = std::fabs(strain) >= AT_LIMIT * y ? 2 : 1;
     return now;
   }
 

@@ -2,8 +2,6 @@
 
 #include "core/pair_block.h"
 
-#include <cstring>
-
 namespace EVP {
 
 namespace {
@@ -11,7 +9,6 @@ namespace {
   /// Those of the pairs of a list: one if all are alike, else by index.
   template <class Powers> struct Laws {
     std::vector<Law<Powers>> laws;
-    bool saturates;    ///< has any a saturation?
 
     /// Those of the pairs of a block.
     EVP_INLINE void find(const PairBlock &block, const Law<Powers> **own) const
@@ -19,6 +16,12 @@ namespace {
       for (int k = 0; k < block.n; k++) own[k] = &laws[block.law[k]];
     }
   };
+
+  /// The distance of a pair, past its cutoff that: so far it flows, and so much it stores. to_cutoff: takes the margin off.
+  EVP_INLINE double up_to_cutoff(double dsq, double cutsq, double to_cutoff)
+  {
+    return std::sqrt(dsq > cutsq ? cutsq : dsq) * (dsq > cutsq ? to_cutoff : 1.0);
+  }
 
   /// Puts force/d in its place, from F deq, 1/deq and 1/d.
   template <bool Damping, bool Stored>
@@ -50,8 +53,7 @@ namespace {
     for (int k = 0; k < n; k++) {
       const Law<Powers> &c = Many ? *own[k] : only;
       const double dsq = block.distance_squared(k);
-      double d = std::sqrt(Stored && dsq > cutsq[k] ? cutsq[k] : dsq);
-      if constexpr (Stored) d *= dsq > cutsq[k] ? to_cutoff : 1.0;
+      const double d = Stored ? up_to_cutoff(dsq, cutsq[k], to_cutoff) : std::sqrt(dsq);
       const auto at = c.place(d * inv_deq[k]);
       // 1/d and s = 1/(r - offset) from one division
       const double w = 1.0 / (at.shifted * d);
@@ -66,110 +68,57 @@ namespace {
     }
   }
 
-  /// An elastic strain as the limit takes it: contacts flow in compression only.
-  template <bool Contact> EVP_INLINE double size_of(double strain)
-  {
-    return Contact ? -strain : std::fabs(strain);
-  }
-
-  /// By how much each pair slips, with the sign of its strain.
-  template <class Powers, bool Many, bool Contact>
-  EVP_INLINE void find_slips(const Laws<Powers> &all, const PairBlock &block, double *distance,
-                             double *slip)
-  {
-    const double *const inv_deq = block.inv_deq, *const cutsq = block.cutsq;
-    const double to_cutoff = 1.0 / (1.0 + block.margin);
-    const double *const q = block.flow.q, *const accumulated = block.flow.k;
-    const int n = block.n;
-    const Law<Powers> only = all.laws[0];
-    const Law<Powers> *own[Many ? PairBlock::SIZE : 1];    // apart: up to 8 % quicker
-    if constexpr (Many) all.find(block, own);
-
-    EVP_INDEPENDENT
-    for (int k = 0; k < n; k++) {
-      const double dsq = block.distance_squared(k);
-      const double d =
-          std::sqrt(dsq > cutsq[k] ? cutsq[k] : dsq) * (dsq > cutsq[k] ? to_cutoff : 1.0);
-      distance[k] = d;    // so far a pair flows
-      const double strain = d * inv_deq[k] - 1.0 - q[k];
-      const double size = size_of<Contact>(strain);
-      const Law<Powers> &c = Many ? *own[k] : only;
-      slip[k] = std::copysign(c.slip_linear(size, accumulated[k]), strain);
-    }
-    for (int k = 0; all.saturates && k < n; k++) {    // a saturating limit is below the linear one
-      const double strain = distance[k] * inv_deq[k] - 1.0 - q[k];
-      const double size = size_of<Contact>(strain);
-      const Law<Powers> &c = Many ? *own[k] : only;
-      if (size > c.xi_s) slip[k] = std::copysign(c.slip(size, accumulated[k]), strain);
-    }
-  }
-
-  /// What the slips dissipate.
-  template <class Powers, bool Many>
-  EVP_INLINE void find_dissipated(const Laws<Powers> &all, const PairBlock &block,
-                                  const double *slip)
-  {
-    const double *const accumulated = block.flow.k;
-    double *const dissipated = block.flow.dissipated;
-    const int n = block.n;
-    const Law<Powers> only = all.laws[0];
-    const Law<Powers> *own[Many ? PairBlock::SIZE : 1];    // apart: up to 8 % quicker
-    if constexpr (Many) all.find(block, own);
-
-    if constexpr (Powers::are_fixed)
-      if (!all.saturates) {
-        EVP_INDEPENDENT
-        for (int k = 0; k < n; k++) {
-          const Law<Powers> &c = Many ? *own[k] : only;
-          dissipated[k] =
-              c.dissipated_linear(std::copysign(1.0, slip[k]), accumulated[k], std::fabs(slip[k]));
-        }
-        return;
-      }
-    for (int k = 0; k < n; k++) {
-      const Law<Powers> &c = Many ? *own[k] : only;
-      const double by = std::fabs(slip[k]);
-      dissipated[k] = by == 0.0 ? 0.0
-                                : c.dissipated(std::copysign(1.0, slip[k]), accumulated[k], by);
-    }
-  }
-
   /// Pairs whose flow stays; contacts only repel, and flow in compression.
   template <class Powers, bool Many, bool Contact, bool Damping, bool Stored>
   EVP_INLINE void evaluate_flowing(const Laws<Powers> &all, PairBlock &block)
   {
     const double *const inv_deq = block.inv_deq, *const cutsq = block.cutsq;
+    const double to_cutoff = 1.0 / (1.0 + block.margin);
     const FlowArrays flow = block.flow;
     const int n = block.n;
     const Law<Powers> only = all.laws[0];
     const Law<Powers> *own[Many ? PairBlock::SIZE : 1];    // apart: up to 8 % quicker
     if constexpr (Many) all.find(block, own);
-    alignas(64) double distance[PairBlock::SIZE], slip[PairBlock::SIZE], q_new[PairBlock::SIZE];
-    find_slips<Powers, Many, Contact>(all, block, distance, slip);
+    alignas(64) double ratio[PairBlock::SIZE], held[PairBlock::SIZE], carried[PairBlock::SIZE],
+        next[PairBlock::SIZE];
 
+    int moves = 0;
     EVP_INDEPENDENT
     for (int k = 0; k < n; k++) {
       const Law<Powers> &c = Many ? *own[k] : only;
       const double dsq = block.distance_squared(k);
-      const double d = distance[k], r = d * inv_deq[k];
-      const double q = flow.q[k] + slip[k];
-      double e = r - q;
-      if constexpr (Contact) e = e > 1.0 ? 1.0 : e;    // apart, nothing acts
-      const double w = 1.0 / (e * d);
-      const double s = w * d;
-      put_force<Damping, Stored>(block, k, c.first.force(s), inv_deq[k], w * e, c.gamma,
-                                 !(dsq > cutsq[k]));
-      q_new[k] = Contact && dsq > cutsq[k] ? 0.0 : q;
+      const bool past = dsq > cutsq[k];
+      const double d = up_to_cutoff(dsq, cutsq[k], to_cutoff);
+      const double r = d * inv_deq[k], at = c.template held<Contact>(r, block.limit[k]);
+      // 1/d and s = 1/at from one division
+      const double w = 1.0 / (at * d);
+      const double s = w * d, inv_d = w * at, force = c.first.force(s);
+      double moved = Law<Powers>::template flows<Contact>(r, at) ? at * inv_d : inv_deq[k];
+      // beyond R_i + R_j a contact is as it was at first
+      if constexpr (Contact) moved = past && r > 1.0 + CONTACT_MARGIN ? inv_d : moved;
+      put_force<Damping, Stored>(block, k, force, moved, inv_d, c.gamma,
+                                 !(past || (Contact && r > 1.0)));
+      moves += (int) (moved != inv_deq[k]);
+      next[k] = moved;
+      ratio[k] = r;
+      held[k] = at;
+      carried[k] = force * at;
       if constexpr (Stored) {
-        const double strain = r - 1.0 - q;
-        block.elastic[k] = c.first.stored(Contact && strain > 0.0 ? 0.0 : strain, s);
+        block.elastic[k] = c.first.stored(at - 1.0, s);
         block.forgotten[k] = 0.0;
       }
     }
-    *flow.any_flow = std::memcmp(flow.q, q_new, n * sizeof(double)) != 0;
-    if (!*flow.any_flow) return;    // mostly, and then only forces are written
-    std::memcpy(flow.q_new, q_new, n * sizeof(double));
-    find_dissipated<Powers, Many>(all, block, slip);
+    *flow.any_flow = moves > 0;
+    if (moves == 0) return;    // mostly, and then only forces are written
+    int far = 0;
+    EVP_INDEPENDENT
+    for (int k = 0; k < n; k++) {
+      flow.inv_deq_next[k] = next[k];
+      flow.dissipated[k] = std::fabs(carried[k] * log_of_close_ratio(ratio[k], held[k]));
+      far += (int) !are_close(ratio[k], held[k]);
+    }
+    for (int k = 0; far > 0 && k < n; k++)
+      flow.dissipated[k] = std::fabs(carried[k] * log_of_ratio(ratio[k], held[k]));
   }
 
   /// Compiled for each instruction set; loops with pow() gain nothing from that.
@@ -256,23 +205,23 @@ void BlockLaw::assign(const std::vector<PairLaw> &laws, const std::vector<int> &
     evaluate = nullptr;
     return;
   }
-  const Row &row = laws[used.front()].row;
-  bool alike = true, common_powers = true, saturates = false;
+  const PairLaw &first = laws[used.front()];
+  const Row &row = first.row;
+  bool alike = true, common_powers = true;
   for (const int k : used) {
     const Row &own = laws[k].row;
-    alike = alike && own == row;
+    alike = alike && own == row && laws[k].own_limit == first.own_limit;
     common_powers = common_powers && own.m1 == row.m1 && own.n1 == row.n1 && own.m2 == row.m1 &&
         own.n2 == row.n1;
-    saturates = saturates || own.saturation > 0.0;
   }
 
   const auto choose = [&](const auto &powers) {
     using Powers = std::decay_t<decltype(powers)>;
-    Laws<Powers> all = {{}, saturates};
+    Laws<Powers> all;
     if (alike)
-      all.laws.emplace_back(row);
+      all.laws.emplace_back(row, first.own_limit);
     else
-      for (const PairLaw &law : laws) all.laws.emplace_back(law.row);
+      for (const PairLaw &law : laws) all.laws.emplace_back(law.row, law.own_limit);
     const auto with_flow = [&](auto kind) {
       if (alike)
         evaluate = Evaluation<Powers, false, kind>{std::move(all)};

@@ -6,6 +6,7 @@
 #include "core/simd.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <vector>
 
@@ -19,8 +20,9 @@ struct PairBlock {
   const double *inv_deq;    ///< of each pair, see PackedPair
   const double *cutsq;
   const int *law;
-  FlowArrays flow;    ///< with flow that stays
-  double margin;      ///< of the cutoffs, see PairList
+  FlowArrays flow;                   ///< with flow that stays
+  double margin;                     ///< of the cutoffs, see PairList
+  alignas(64) double limit[SIZE];    ///< of its spheres, with flow that stays: see PairVariables
 
   alignas(64) double xy[2 * SIZE];      ///< relative position: x and y side by side [length]
   alignas(64) double z[SIZE];           ///< [length]
@@ -53,8 +55,7 @@ class BlockLaw {
     bool damping;      ///< the forces of the damping too
     bool stored;       ///< what pairs hold
     bool potential;    ///< stored as well; of each pair, zero at its cutoff where flow is forgotten
-    bool
-        incremental;    ///< the potential holds what the flow from q dissipates, past the cutoff too
+    bool incremental;    ///< the potential holds what the flow dissipates, past the cutoff too
   };
 
   /// laws: indexed by PackedPair::law. used: indices of those that the pairs have; where these are alike, one is for all
@@ -150,6 +151,19 @@ void gather(const ParticleView &view, const PairRange &range, PairBlock &block)
   });
 }
 
+/// Of each pair the smaller limit of its two particles.
+inline void gather_limits(const PairRange &range, PairBlock &block)
+{
+  const int *const partner = range.list.j.data();
+  const double *const limits = range.list.limits->data();
+  range.for_each_row([&](int i, int first, int last) {
+    const double own = limits[i];
+    EVP_UNROLL
+    for (int k = first; k < last; k++)
+      block.limit[k - range.first] = std::min(own, limits[partner[k]]);
+  });
+}
+
 /// Adds the forces of a block, force/d of each pair, to f of its particles; those of i are summed apart, row by row.
 EVP_INLINE void scatter(const PairRange &range, const PairBlock &block, const double *force,
                         int nreact, double (*f)[3])
@@ -184,31 +198,63 @@ EVP_INLINE int count_past_cutoff(const PairBlock &block)
   return count;
 }
 
-/// Appends the indices of the pairs of a block that are past their cutoff; mostly none is.
-EVP_INLINE void add_past_cutoff(const PairRange &range, const PairBlock &block,
-                                std::vector<int> &past_cutoff)
-{
-  if (count_past_cutoff(block) == 0) return;
-  for (int k = 0; k < block.n; k++)
-    if (block.distance_squared(k) > block.cutsq[k]) past_cutoff.push_back(range.first + k);
-}
+/// Bonds of a list that end: past their cutoff, or, stretched, where their particles have failed.
+struct EndingBonds {
+  std::vector<int> found;    ///< indices of pairs
+  std::vector<double>
+      distances;    ///< of these, as the forces saw them: a fix may move atoms before the step ends
+  /// Plastic strain of particles and ghosts, and the mean of two where a bond ends. nullptr: none fails by it
+  const double *strains = nullptr;
+  double failure = 0.0;
+
+  void clear()
+  {
+    found.clear();
+    distances.clear();
+  }
+
+  /// Takes those of a block; mostly none ends. Those that fail have neither force nor potential any more.
+  EVP_INLINE void add(const PairRange &range, PairBlock &block)
+  {
+    if (!strains && count_past_cutoff(block) == 0) return;
+    range.for_each_row([&](int i, int first, int last) {
+      for (int n = first; n < last; n++) {
+        const int k = n - range.first;
+        const double dsq = block.distance_squared(k);
+        const bool past = dsq > block.cutsq[k];
+        const bool stretched = dsq * block.inv_deq[k] * block.inv_deq[k] > 1.0;
+        if (!past && !(stretched && fails(i, range.list.j[n]))) continue;
+        found.push_back(n);
+        distances.push_back(std::sqrt(dsq));
+        if (!past) block.force[k] = block.damping[k] = block.potential[k] = 0.0;
+      }
+    });
+  }
+
+ private:
+  bool fails(int i, int j) const { return strains && 0.5 * (strains[i] + strains[j]) >= failure; }
+};
 
 /// Adds the forces of all interacting pairs of a list to view.f: what one time step does, and nothing else. Everything a
 /// pair needs was looked up when the list was packed. Pairs are gathered in blocks, the law goes over a block at once, the
 /// forces are scattered.
 ///
-/// tally(range, block) is called before they are scattered. past_cutoff: takes the indices of pairs past their cutoff.
-template <bool Damping, class Tally>
+/// added(range, block) adds to the forces of a block; then bonds end, nullptr where none can; then tally(range, block) is
+/// called, before they are scattered.
+template <bool Damping, class Tally, class Added = NoTally>
 void accumulate_forces(PairList &list, const BlockLaw &law, const ParticleView &view, Tally &&tally,
-                       bool incremental = false, std::vector<int> *past_cutoff = nullptr)
+                       bool incremental = false, EndingBonds *ending = nullptr,
+                       const Added &added = {})
 {
   PairBlock block;
   for_each_block(list, [&](const PairRange &range) {
     gather<Damping>(view, range, block);
     block.flow = list.flow_arrays(range.first);
+    if (list.stays()) gather_limits(range, block);
     if (!list.are_bonds && !list.stays() && count_past_cutoff(block) == block.n) return;
     law(block, {Damping, tally.stored, tally.potential, incremental});
-    if (past_cutoff) add_past_cutoff(range, block, *past_cutoff);
+    added(range, block);
+    if (ending) ending->add(range, block);
     tally(range, block);
     scatter(range, block, block.force, view.nreact, view.f);
   });

@@ -22,6 +22,9 @@ constexpr double RECORD_MARGIN = 1.0e-9;
 constexpr double BOND_MARGIN = 2.0e-9;
 constexpr double LIST_MARGIN = 3.0e-9;
 
+// Where a contact has flowed by more than this share its deq is not R_i + R_j.
+constexpr double CONTACT_MARGIN = 1.0e-12;
+
 // Two centres closer than this share of R_i + R_j coincide but for round-off: no direction is theirs.
 constexpr double COINCIDENT = 1.0e-9;
 
@@ -68,23 +71,6 @@ struct PairGeometry : Vector {
   }
 };
 
-/// What changes with a pair.
-struct PairHistory {
-  double q;         ///< offset of flow that stays, over deq
-  double k;         ///< its accumulated plastic strain, the sum of |dq|/deq
-  double work;      ///< dissipated by flow so far [energy]
-  double broken;    ///< 1 once a bond has broken for good, else 0
-
-  /// As so many doubles it migrates, and is in restart files.
-  static constexpr int WORDS = 4;
-
-  friend bool operator==(const PairHistory &a, const PairHistory &b)
-  {
-    return a.q == b.q && a.k == b.k && a.work == b.work && a.broken == b.broken;
-  }
-};
-static_assert(sizeof(PairHistory) == PairHistory::WORDS * sizeof(double), "doubles only");
-
 /// The force loop takes so many pairs at once.
 constexpr int BLOCK_SIZE = 256;
 
@@ -94,7 +80,6 @@ struct PackedPair : PairVariables {
   double cut;      ///< that distance without the margin: there the energy is zero [length]
   int j;           ///< partner, local or ghost
   int law;         ///< index of the pair type's law
-  int record;      ///< its record at i, see BondStore; -1 of a contact that was never a bond
   bool is_bond;
 };
 
@@ -104,12 +89,32 @@ struct PackedRow {
   int first, last;
 };
 
-/// What a force evaluation reads and writes of pairs whose flow stays, one entry per pair; nullptr without.
+/// What a force evaluation finds of a block of pairs whose flow stays, one entry per pair; nullptr without.
 struct FlowArrays {
-  const double *q = nullptr, *k = nullptr;    ///< in force
-  double *q_new = nullptr;         ///< where the pair would move q: taken over by commit()
-  double *dissipated = nullptr;    ///< dissipated on the way there [energy]
-  char *any_flow = nullptr;        ///< of each block: does any flow? Else neither is written
+  double *inv_deq_next = nullptr;    ///< where the pair would move 1/deq: taken over by commit()
+  double *dissipated = nullptr;      ///< dissipated on the way there [energy]
+  char *any_flow = nullptr;          ///< of the block: does any flow? Else neither is written
+};
+
+/// What flow has added to particles and ghosts since the owners were told.
+struct FlowSums {
+  static constexpr int WIDTH = 3;
+  enum Value {
+    SLIP,    ///< sum of |ln(deq_new/deq_old)| of bonds
+    WORK,    ///< half of what each pair has dissipated [energy]
+    ENDED    ///< bonds that have ended
+  };
+  std::vector<double> values;    ///< WIDTH per particle
+
+  void reset(int n) { values.assign((size_t) WIDTH * n, 0.0); }
+  double &of(int i, Value value) { return values[(size_t) WIDTH * i + value]; }
+
+  /// To both particles of a pair, those below nreact.
+  void add(int i, int j, int nreact, Value value, double each)
+  {
+    of(i, value) += each;
+    if (j < nreact) of(j, value) += each;
+  }
 };
 
 /// Bonds or contacts of an MPI rank, row by row, ready for the time-step loop: one array per quantity, so that a step
@@ -121,11 +126,13 @@ class PairList {
 
   std::vector<PackedRow> rows;
   std::vector<double> inv_deq, cutsq;    ///< see PackedPair
-  std::vector<int> j, law, record;
-  std::vector<double> inv_dlim;      ///< of bonds, for the volume energy; else empty [1/length]
-  std::vector<double> q, k, work;    ///< with flow that stays, else empty; see PairHistory
-  std::vector<double> q_new, dissipated;    ///< see FlowArrays
+  std::vector<int> j, law;
+  std::vector<double> inv_dlim;    ///< of bonds, for the volume energy; else empty [1/length]
+
+  // with flow that stays, else empty
+  std::vector<double> inv_deq_next, dissipated;    ///< see FlowArrays
   std::vector<char> any_flow;
+  const std::vector<double> *limits = nullptr;    ///< see PairLists
 
   explicit PairList(bool are_bonds_in) : are_bonds(are_bonds_in) {}
   const bool are_bonds;
@@ -146,7 +153,7 @@ class PairList {
     std::fill(any_flow.begin(), any_flow.end(), 0);
     if (stays()) return;
     std::vector<char>().swap(any_flow);
-    for (auto *values : {&q, &k, &work, &q_new, &dissipated}) std::vector<double>().swap(*values);
+    for (auto *values : {&inv_deq_next, &dissipated}) std::vector<double>().swap(*values);
   }
 
   /// Room for n more pairs, [size(), size() + n); those that are there stay. False where there are too many.
@@ -156,24 +163,22 @@ class PairList {
     if (count + n > j.size()) {
       const size_t larger = std::max(count + n, j.size() + j.size() / 2);
       for (auto *values : {&inv_deq, &cutsq}) values->resize(larger);
-      for (auto *values : {&j, &law, &record}) values->resize(larger);
+      for (auto *values : {&j, &law}) values->resize(larger);
     }
-    if (stays() && count + n > q.size()) {
-      for (auto *values : {&q, &k, &work, &q_new, &dissipated}) values->resize(j.size());
+    if (stays() && count + n > dissipated.size()) {
+      for (auto *values : {&inv_deq_next, &dissipated}) values->resize(j.size());
       any_flow.resize(j.size() / BLOCK_SIZE + 1);
     }
     return true;
   }
 
-  /// Writes pair n to the room, that acts up to its deq and has no history.
-  void set(size_t n, int partner, double deq_in, int law_in = 0, int record_in = -1)
+  /// Writes pair n to the room.
+  void set(size_t n, int partner, double deq, double cutoff, int law_in = 0)
   {
-    inv_deq[n] = 1.0 / deq_in;
-    cutsq[n] = cutoff_squared(deq_in);
+    inv_deq[n] = 1.0 / deq;
+    cutsq[n] = cutoff_squared(cutoff);
     j[n] = partner;
     law[n] = law_in;
-    record[n] = record_in;
-    if (stays()) set_history(n, {});
   }
 
   /// Takes n pairs of particle i that were written to the room.
@@ -191,50 +196,42 @@ class PairList {
 
   double cutoff_squared(double cutoff) const { return EVP::cutoff_squared(cutoff, margin); }
 
-  PackedPair operator[](size_t n) const
+  /// The pair with that index, whose particle is i.
+  PackedPair pair(int i, size_t n) const
   {
-    return {{inv_deq[n], flow_, stays() ? Offset{q[n], k[n]} : Offset{}},
+    return {{inv_deq[n], flow_, stays() ? std::min((*limits)[i], (*limits)[j[n]]) : 0.0},
             cutsq[n],
             std::sqrt(cutsq[n]) / (1.0 + margin),
             j[n],
             law[n],
-            record[n],
             are_bonds};
-  }
-
-  void set_history(size_t n, const PairHistory &history)
-  {
-    q[n] = history.q;
-    k[n] = history.k;
-    work[n] = history.work;
-  }
-  PairHistory history_of(size_t n) const
-  {
-    return stays() ? PairHistory{q[n], k[n], work[n], 0.0} : PairHistory{};
   }
 
   /// Of the block that begins at pair n.
   FlowArrays flow_arrays(size_t n)
   {
     if (!stays()) return {};
-    return {&q[n], &k[n], &q_new[n], &dissipated[n], &any_flow[n / BLOCK_SIZE]};
+    return {&inv_deq_next[n], &dissipated[n], &any_flow[n / BLOCK_SIZE]};
   }
 
-  /// What the last force evaluation would change comes into force. A contact that has parted is one that never flowed.
-  void commit()
+  /// What the last force evaluation would change comes into force, and is added to the sums of the particles. Contacts
+  /// add nothing to the plastic strain.
+  void commit(int nreact, FlowSums &sums)
   {
-    if (!stays()) return;
-    for (size_t block = 0; block * BLOCK_SIZE < count; block++) {
-      if (!any_flow[block]) continue;
-      any_flow[block] = 0;
-      const size_t first = block * BLOCK_SIZE, last = std::min(first + BLOCK_SIZE, count);
-      for (size_t n = first; n < last; n++) {
-        k[n] += std::fabs(q_new[n] - q[n]);
-        q[n] = q_new[n];
-        work[n] += dissipated[n];
-        if (!are_bonds && q[n] == 0.0) k[n] = work[n] = 0.0;
+    for (const PackedRow &row : rows)
+      for (int n = row.first; n < row.last; n++) {
+        if (!any_flow[n / BLOCK_SIZE]) {
+          n |= BLOCK_SIZE - 1;    // to the end of the block
+          continue;
+        }
+        if (inv_deq_next[n] == inv_deq[n]) continue;
+        if (are_bonds)
+          sums.add(row.i, j[n], nreact, FlowSums::SLIP,
+                   std::fabs(log_of_ratio(inv_deq_next[n], inv_deq[n])));
+        sums.add(row.i, j[n], nreact, FlowSums::WORK, 0.5 * dissipated[n]);
+        inv_deq[n] = inv_deq_next[n];
       }
-    }
+    std::fill(any_flow.begin(), any_flow.end(), 0);
   }
 
   /// Takes out the pairs with these indices, which ascend.
@@ -251,9 +248,8 @@ class PairList {
       }
     };
     if (out.empty()) return;
-    for (auto *values : {&inv_deq, &cutsq, &inv_dlim, &q, &k, &work, &q_new, &dissipated})
-      keep(*values);
-    for (auto *values : {&j, &law, &record}) keep(*values);
+    for (auto *values : {&inv_deq, &cutsq, &inv_dlim, &inv_deq_next, &dissipated}) keep(*values);
+    for (auto *values : {&j, &law}) keep(*values);
     const std::vector<PackedRow> before = rows;
     rows.clear();
     count = 0;
@@ -290,8 +286,7 @@ class PairList {
 
   double memory_usage() const
   {
-    return bytes_of(rows, inv_deq, cutsq, inv_dlim, j, law, record, q, k, work, q_new, dissipated,
-                    any_flow);
+    return bytes_of(rows, inv_deq, cutsq, inv_dlim, j, law, inv_deq_next, dissipated, any_flow);
   }
 
  private:
@@ -309,9 +304,15 @@ inline double rank_share(int j, int nreact)
 
 /// All pairs of one MPI rank, rebuilt with the neighbor list.
 struct PairLists {
+  PairLists() { bonds.limits = contacts.limits = &limits; }
+  PairLists(const PairLists &) = delete;    // lists point into it
+  PairLists &operator=(const PairLists &) = delete;
+
   PairList bonds{true}, contacts{false};
   /// Pairs without a bond, or with a broken one, that the volume energy counts too; their deq is their dlim.
   PairList fresh{false};
+  /// How far the bonds of particles and ghosts hold, with flow that stays: see Limit.
+  std::vector<double> limits;
   long build = 0;           ///< counts the packings: indices of pairs hold as long as it does
   long common_build = 0;    ///< counts those that were collective
   int nlocal = 0;           ///< particles that the lists were built for: own,
@@ -322,7 +323,7 @@ struct PairLists {
 
   double memory_usage() const
   {
-    return bonds.memory_usage() + contacts.memory_usage() + fresh.memory_usage();
+    return bonds.memory_usage() + contacts.memory_usage() + fresh.memory_usage() + bytes_of(limits);
   }
 };
 
@@ -334,6 +335,12 @@ struct PlacedPair : PackedPair {
   PairGeometry g;    ///< at the positions
 
   bool is_past_cutoff() const { return g.dsq > cutsq; }
+
+  /// Has it a force? A contact that flowed has none from its deq on.
+  bool acts() const
+  {
+    return !is_past_cutoff() && !(flow == Flow::COMPRESSES && distance() * inv_deq > 1.0);
+  }
   double distance() const { return std::sqrt(g.dsq); }
   Vector direction() const { return {g.x / distance(), g.y / distance(), g.z / distance()}; }
 
@@ -348,7 +355,7 @@ void for_each_pair(const PairList &list, const double (*x)[3], F &&f, int first 
 {
   for (const PackedRow &row : list.rows)
     for (int k = row.first; k < row.last; k++) {
-      const PackedPair pair = list[k];
+      const PackedPair pair = list.pair(row.i, k);
       f(PlacedPair{pair, row.i, k, first + k, PairGeometry(x, row.i, pair.j)});
     }
 }

@@ -57,17 +57,6 @@ template <int M, int N> struct FixedPowers {
   PowerPair operator()(double s) const { return {fixed_power<M>(s), fixed_power<N>(s)}; }
 };
 
-/// (b^K - a^K)/(b - a), to the last digits where a and b are close.
-template <int K> EVP_INLINE double power_quotient(double a, double b)
-{
-  if constexpr (K == 1)
-    return 1.0;
-  else if constexpr (K % 2 == 0)
-    return power_quotient<K / 2>(a, b) * (fixed_power<K / 2>(a) + fixed_power<K / 2>(b));
-  else
-    return b * power_quotient<K - 1>(a, b) + fixed_power<K - 1>(a);
-}
-
 /// Calls f with the powers for (m, n) that the compiler knows, or with `other`, so that every caller is written once.
 template <class Other, class F> auto with_powers(double m, double n, const Other &other, F &&f)
 {

@@ -4,10 +4,32 @@
 #include "core/text.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <string>
 
 namespace EVP {
+
+/// How far the bonds of a sphere hold, over xi_s, by its plastic strain: linear between points, constant beyond the last.
+struct FlowTable {
+  static constexpr int MOST = 32;
+  int64_t n = 0;    ///< points, 0 without a table
+  double p[MOST] = {}, y[MOST] = {};
+
+  double operator()(double strain) const
+  {
+    const auto next = (int) (std::upper_bound(p, p + n, strain) - p);
+    if (next == n) return y[n - 1];
+    const double share = (strain - p[next - 1]) / (p[next] - p[next - 1]);
+    return y[next - 1] + share * (y[next] - y[next - 1]);
+  }
+
+  bool operator==(const FlowTable &other) const
+  {
+    return n == other.n && std::equal(p, p + n, other.p) && std::equal(y, y + n, other.y);
+  }
+};
 
 /// The coefficients of a pair of types (Tables 1 and 2), and what a row may go on with, by keyword. Without any: no force.
 struct Row {
@@ -22,7 +44,7 @@ struct Row {
          coordination = 0.0;    ///< of the bodies that it holds for: core/bond_measures.h
   double kv = 0.0;              ///< of fix evp/volume [energy]
   double density = 0.0;         ///< of the solid [mass/volume]
-  double saturation = 0.0;      ///< K_S of Voce hardening; 0: hardening does not saturate
+  FlowTable flow = {};          ///< with plasticity
 
   /// Does the row name the bodies that it holds for? Both or none: parse_row() sees to that.
   bool is_scaled() const { return spacing > 0.0; }
@@ -107,8 +129,7 @@ constexpr Member MEMBERS[] = {{"e1", &Row::e1, rule::not_negative},
                               {"spacing", &Row::spacing, rule::positive},
                               {"coordination", &Row::coordination, rule::positive},
                               {"kv", &Row::kv, rule::volume_stiffness},
-                              {"density", &Row::density, rule::positive},
-                              {"saturation", &Row::saturation, rule::not_negative}};
+                              {"density", &Row::density, rule::positive}};
 constexpr int NMEMBERS = (int) std::size(MEMBERS);
 constexpr int NREQUIRED = 9;    // those in front, without a keyword
 
@@ -118,19 +139,45 @@ inline bool is_given(const Row &row, const Member &member)
   return &member < MEMBERS + NREQUIRED || row.*member.value != Row{}.*member.value;
 }
 
+/// The strain of a bond where -F d is largest: one that holds so far would flow without an end.
+inline double strongest_strain(const Row &row)
+{
+  return std::pow(row.m1 / row.n1, 1.0 / (row.m1 - row.n1)) - 1.0;
+}
+
+/// Throws BadInput where the flow table of the row breaks a rule.
+inline void check_flow(const Row &row)
+{
+  const FlowTable &flow = row.flow;
+  if (flow.n > 0 && (flow.p[0] != 0.0 || flow.y[0] != 1.0))
+    throw BadInput("flow must begin with 0 1 (the limit xi_s at no plastic strain), got " +
+                   rounded(flow.p[0]) + " " + rounded(flow.y[0]));
+  for (int k = 0; k < flow.n; k++) {
+    if (k > 0 && !(flow.p[k] > flow.p[k - 1]))
+      throw BadInput("plastic strains of flow must ascend, got " + rounded(flow.p[k]) + " after " +
+                     rounded(flow.p[k - 1]));
+    if (!(flow.y[k] > 0.0 && row.xi_s * flow.y[k] < strongest_strain(row)))
+      throw BadInput(
+          "limits of flow must be positive and below " + rounded(strongest_strain(row) / row.xi_s) +
+          " (with xi_s the strain where a bond is strongest), got " + rounded(flow.y[k]));
+  }
+}
+
 /// The row; throws BadInput where a member breaks its rule.
 inline const Row &checked(const Row &row)
 {
   for (const Member &member : MEMBERS)
     if (is_given(row, member)) member.check(row, &member);
+  check_flow(row);
   return row;
 }
 
 inline bool operator==(const Row &a, const Row &b)
 {
-  return std::all_of(std::begin(MEMBERS), std::end(MEMBERS), [&](const Member &member) {
-    return a.*member.value == b.*member.value;
-  });
+  return a.flow == b.flow &&
+      std::all_of(std::begin(MEMBERS), std::end(MEMBERS), [&](const Member &member) {
+           return a.*member.value == b.*member.value;
+         });
 }
 
 /// The member with that key, nullptr if there is none.

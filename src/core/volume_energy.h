@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
+#include "core/bond_store.h"
 #include "core/pair_block.h"
 #include "core/pairs.h"
 #include "core/simd.h"
@@ -12,26 +13,6 @@
 #include <vector>
 
 namespace EVP {
-
-/// The density of the neighbors of a particle, rho = sum t^2 with t = 1 - d/dlim over the pairs within
-/// dlim, and how it falls with a volume strain that is the same everywhere, G = 1/3 sum 2 t d/dlim.
-struct NeighborDensity {
-  double rho, slope;
-
-  void add(double d, double dlim)
-  {
-    const double t = std::max(0.0, 1.0 - d / dlim);
-    rho += t * t;
-    slope += 2.0 / 3.0 * t * d / dlim;
-  }
-};
-
-/// What of a particle is known at rest, by its bonds.
-struct VolumeReference {
-  NeighborDensity own;
-  double gap;     ///< by how much its density is below the mean of the interior, else 0
-  double torn;    ///< 1 once bonds have broken here: then new pairs only push; else 0
-};
 
 /// Density of a particle now, by its bonds and by pairs without one.
 struct DensityNow {
@@ -123,17 +104,17 @@ struct VolumePasses {
   static constexpr int WIDTH = 2;
 
   /// Adds t^2 of each pair to the densities of both particles, those below view.nreact. inv_dlim: of each pair.
-  /// densities: where those of these pairs begin. past_cutoff: as in accumulate_forces().
+  /// densities: where those of these pairs begin. ending: as in accumulate_forces().
   static void add_densities(const PairList &pairs, const std::vector<double> &inv_dlim,
                             const ParticleView &view, double *densities,
-                            std::vector<int> *past_cutoff = nullptr)
+                            EndingBonds *ending = nullptr)
   {
     PairBlock block;
     for_each_block(
         pairs,
         [&](const PairRange &range) {
           gather<false>(view, range, block);
-          if (past_cutoff) add_past_cutoff(range, block, *past_cutoff);
+          if (ending) ending->add(range, block);
           call_vectorized([&, own = inv_dlim.data() + range.first]() EVP_KERNEL {
             const int n = block.n;
             EVP_INDEPENDENT
@@ -162,7 +143,8 @@ struct VolumePasses {
         int n = 0;
         for (int k = first; k < last; k++)
           if (!(block.distance_squared(k - range.first) > block.cutsq[k - range.first]))
-            active.set(active.size() + n++, pairs.j[k], 1.0 / pairs.inv_deq[k]);
+            active.set(active.size() + n++, pairs.j[k], 1.0 / pairs.inv_deq[k],
+                       1.0 / pairs.inv_deq[k]);
         active.add_row(i, n);
       });
     });
@@ -177,22 +159,20 @@ struct VolumePasses {
     for_each_block(pairs, [&](const PairRange &range) {
       gather<false>(view, range, block);
       std::fill_n(block.force, block.n, 0.0);
-      WithVolume<Tally>{pairs.inv_deq, pulls, tally}(range, block);
+      Forces{&pairs.inv_deq, pulls}(range, block);
+      tally(range, block);
       scatter(range, block, block.force, view.nreact, view.f);
     });
   }
 
-  /// The tally of a loop over pairs that first adds these forces to those of each block. pulls: nullptr adds none.
-  template <class Tally> struct WithVolume {
-    const std::vector<double> &inv_dlim;
-    const double *pulls;
-    std::remove_reference_t<Tally> &tally;
-    const bool stored = tally.stored, potential = tally.potential;
+  /// Adds these forces to those of a block of pairs; none where it is empty. inv_dlim: of each pair of the list.
+  struct Forces {
+    const std::vector<double> *inv_dlim = nullptr;
+    const double *pulls = nullptr;
 
     void operator()(const PairRange &range, PairBlock &block) const
     {
-      if (pulls) add_to_block(range, block, inv_dlim.data() + range.first, pulls);
-      tally(range, block);
+      if (pulls) add_to_block(range, block, inv_dlim->data() + range.first, pulls);
     }
   };
 

@@ -4,7 +4,6 @@
 
 #include "atom_directory.h"
 #include "collective.h"
-#include "core/files.h"
 #include "pair_data.h"
 #include "scene.h"
 
@@ -40,6 +39,7 @@ void BondRecording::take_zone(const NeighList *list, double zone_in, const PairD
   exchange.forward_comm_images(shifts, domain->h);
 
   made.resize(atom->nlocal);
+  remembered.resize(atom->nlocal);
   BondStore::Bonds own;    // of one atom: copies take no more room than they need
   std::string complaint;
   const int *mask = atom->mask;
@@ -109,6 +109,9 @@ namespace {
     bool exists() const { return type > 0.0; }
   };
 
+  constexpr char HAS_FLOWED[] = "it has flowed: use pair_style evp/lj with 'plasticity isotropic', "
+                                "as when the file was written";
+
   /// What is wrong with a bond of these two atoms; empty if nothing.
   std::string complaint_of(const BondLine &line, const End &a, const End &b, const PairRules &rules,
                            BodyRule within)
@@ -120,17 +123,14 @@ namespace {
     if (a.in_group == 0.0 || b.in_group == 0.0)
       return fmt::format("atom {} is not in the fix's group",
                          a.in_group == 0.0 ? line.id_i : line.id_j);
-    const bool has_flowed = line.is_contact || line.history.q != 0.0 || line.history.k != 0.0;
-    if (has_flowed && !rules.plastic)
-      return "it has flowed: use pair_style evp/lj with 'plasticity isotropic', as when the file "
-             "was written";
-    if (line.has_changed() && !rules.has_history())
-      return "it has flowed or broken: use pair_style evp/lj with 'plasticity isotropic' or "
-             "'break', as when the file was written";
+    if (line.kind == Remembered::CONTACT && !rules.plastic) return HAS_FLOWED;
+    if (line.kind == Remembered::APART && (!rules.breaks() || rules.plastic))
+      return "it has broken: use pair_style evp/lj with 'break' and 'plasticity none', as when the "
+             "file was written";
     const bool are_one_body = within == BodyRule::ALL ||
         (within == BodyRule::TYPE && a.type == b.type) ||
         (within == BodyRule::MOLECULE && a.molecule == b.molecule && a.molecule != 0.0);
-    if (!line.is_contact && line.history.broken == 0.0 && !are_one_body)
+    if (line.kind == BondLine::BOND && !are_one_body)
       return fmt::format("its atoms are not of one {0}, but 'within {0}' is in force: give them "
                          "the {0}s that they had when the file was written, or leave 'within' out "
                          "here and WITHIN: in the header",
@@ -150,6 +150,7 @@ void BondRecording::take_file(const std::string &name, const PairRules &rules)
   for (int i = 0; i < atom->nlocal; i++) own[atom->tag[i]] = i;
 
   made.resize(atom->nlocal);
+  remembered.resize(atom->nlocal);
   std::vector<BondLine> lines;
   bigint state[] = {1, 0, 0};    // more to come, lines of this message, bodies of the file
   while (state[0]) {
@@ -160,8 +161,9 @@ void BondRecording::take_file(const std::string &name, const PairRules &rules)
         stream.open(name, std::ios::binary);
         if (!stream) throw BadInput("cannot read the bond file '" + name + "': give its path");
         reader = std::make_unique<BondReader>(stream, name, update->unit_style);
-        state[2] = (bigint) reader->within;
-        zone = reader->zone;
+        state[2] = (bigint) reader->header.within;
+        zone = reader->header.zone;
+        ended = reader->header.ended;
       }
       if (me == 0) state[0] = reader->read(lines, LINES_PER_MESSAGE);
     } catch (const BadInput &bad) {
@@ -171,6 +173,7 @@ void BondRecording::take_file(const std::string &name, const PairRules &rules)
     throw_together(complaint, world);
     MPI_Bcast(state, 3, MPI_LMP_BIGINT, 0, world);
     MPI_Bcast(&zone, 1, MPI_DOUBLE, 0, world);
+    MPI_Bcast(&ended, 1, MPI_LMP_BIGINT, 0, world);
     if (within == BodyRule::ALL) within = (BodyRule) state[2];
     if (within == BodyRule::MOLECULE) {
       const std::string missing = missing_molecules(lmp);
@@ -188,8 +191,10 @@ void BondRecording::take_file(const std::string &name, const PairRules &rules)
       ends_here[k] = {atom->mask[i] & fix->groupbit ? 1.0 : 0.0, (double) atom->type[i],
                       atom->molecule ? (double) atom->molecule[i] : 0.0};
       const int64_t partner = k % 2 ? line.id_i : line.id_j;
-      if (!line.is_contact) made[i].push_back({partner, line.deq});
-      if (line.has_changed()) histories.push_back({i, !line.is_contact, partner, line.history});
+      if (line.kind == BondLine::BOND)
+        made[i].push_back({partner, line.deq});
+      else
+        remembered[i].push_back({partner, line.deq, line.kind});
     }
     MPI_Allreduce(ends_here.data(), ends.data(), (int) (3 * ends.size()), MPI_DOUBLE, MPI_SUM,
                   world);
@@ -203,19 +208,23 @@ void BondRecording::take_file(const std::string &name, const PairRules &rules)
   }
   throw_together(find_bond_twice(name), world);
 
-  std::vector<SphereLine> spheres;
-  if (reader) spheres = reader->spheres;
-  bigint nspheres = (bigint) spheres.size();
+  std::vector<SphereLine> of_file;
+  if (reader) of_file = reader->spheres;
+  bigint nspheres = (bigint) of_file.size();
   MPI_Bcast(&nspheres, 1, MPI_LMP_BIGINT, 0, world);
-  spheres.resize(nspheres);
-  MPI_Bcast(spheres.data(), (int) (spheres.size() * sizeof(SphereLine)), MPI_BYTE, 0, world);
-  for (const SphereLine &sphere : spheres)
-    if (const auto at = own.find(sphere.id); at != own.end())
-      densities.push_back({at->second, sphere.rho, sphere.gap});
-  if (reduce_all((bigint) densities.size(), MPI_SUM, world) != nspheres)
-    throw BadInput("a line 'sphere id rho0 gap' names an atom that is not there, or twice: read "
-                   "the data file that was "
-                   "written with the bond file (bond file " +
+  of_file.resize(nspheres);
+  MPI_Bcast(of_file.data(), (int) (of_file.size() * sizeof(SphereLine)), MPI_BYTE, 0, world);
+  for (const SphereLine &sphere : of_file) {
+    if (sphere.values[SphereLine::WORK] > 0.0 && !rules.plastic)
+      throw BadInput(fmt::format("sphere {}: {} (bond file {})", sphere.id, HAS_FLOWED, name));
+    const auto at = own.find(sphere.id);
+    if (at == own.end()) continue;
+    spheres.push_back({at->second, sphere});
+    own.erase(at);
+  }
+  if (reduce_all((bigint) spheres.size(), MPI_SUM, world) != nspheres)
+    throw BadInput("a line 'sphere ...' names an atom that is not there, or twice: read the data "
+                   "file that was written with the bond file (bond file " +
                    name + ")");
 }
 
@@ -225,6 +234,7 @@ std::string BondRecording::find_bond_twice(const std::string &file) const
   for (int i = 0; i < atom->nlocal; i++) {
     std::vector<int64_t> partners;
     for (const Bond &bond : made[i]) partners.push_back(bond.partner);
+    for (const Remembered &one : remembered[i]) partners.push_back(one.partner);
     std::sort(partners.begin(), partners.end());
     const auto twice = std::adjacent_find(partners.begin(), partners.end());
     if (twice == partners.end()) continue;
@@ -254,9 +264,16 @@ void BondRecording::give_to(BondStore &store)
 
   store.within = within;
   store.zone = zone;
-  store.record(made, atom->tag, sides / 2, highest);
-  for (const HistoryOfPair &pair : histories) store.take(pair);
-  store.densities_at_rest = densities;
+  store.record(made, atom->tag, sides / 2 + ended, highest);
+  if (store.has_history()) {
+    if (comm->me == 0) store.count_ended(ended);
+    for (size_t i = 0; i < remembered.size(); i++) store.remembered_of((int) i) = remembered[i];
+  }
+  for (const auto &[i, sphere] : spheres) {
+    const auto &[p, work, slip, bonds, recorded, rho, slope, gap, torn] = sphere.values;
+    if (store.has_history()) store.sphere(i) = {p, work, slip, bonds, recorded};
+    if (store.has_volume()) store.volume(i).reference = {{rho, slope}, gap, torn};
+  }
 }
 
 void BondRecording::report(const BondStore &store, bool bodies_repel) const

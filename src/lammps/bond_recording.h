@@ -2,10 +2,12 @@
 #pragma once
 
 #include "core/bond_store.h"
+#include "core/files.h"
 #include "lammps_names.h"
 #include "per_atom.h"
 
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace EVP {
@@ -40,10 +42,11 @@ class BondRecording : protected Pointers {
   const std::string who;
   BodyRule within;
   double zone = 0.0;
-  std::vector<BondStore::Bonds> made;    // of each local atom
-  std::vector<HistoryOfPair> histories;
-  std::vector<BondStore::DensityAtRest> densities;    // from a file
-  std::string source;                                 // for users
+  std::vector<BondStore::Bonds> made;                 // of each local atom
+  std::vector<std::vector<Remembered>> remembered;    // of each local atom, from a file
+  std::vector<std::pair<int, SphereLine>> spheres;
+  bigint ended = 0;                  // bonds
+  std::string source;                // for users
   bigint overlaps = 0, loose = 0;    // pairs of two bodies; atoms of the group without a molecule
   bigint special = 0;                // pairs that special_bonds keeps out of the neighbor list
   int64_t most = 0;                  // records of an atom

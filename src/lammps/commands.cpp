@@ -9,7 +9,6 @@
 #include "fix_evp_bonds.h"
 #include "scene.h"
 #include "user_input.h"
-#include "volume_forces.h"
 
 #include "comm.h"
 #include "group.h"
@@ -33,18 +32,18 @@ void WriteEVPBonds::command(int narg, char **arg)
 {
   if (narg != 1) error->all(FLERR, "write_evp_bonds: expected one argument, the file to write");
   const BondStore &records = find_records();
-  bigint count = 0, nspheres = 0;
-  const std::string text = own_lines(records, count) + lines_of_spheres(nspheres);
-  count = reduce_all(count, MPI_SUM, world);
-  nspheres = reduce_all(nspheres, MPI_SUM, world);
+  BondHeader header = {};
+  std::string text = lines_of_pairs(records, header) + lines_of_spheres(records, header);
+  const auto counts = reduce_all(
+      std::array{header.bonds, header.contacts, header.spheres, records.ended()}, MPI_SUM, world);
+  header = {counts[0], records.within, records.zone, counts[1], counts[3], counts[2]};
+  if (comm->me == 0) text = bond_header(header, update->unit_style) + "\n" + text;
 
   const std::string name = utils::star_subst(arg[0], update->ntimestep, 0);
   // the file appears under its name only when it is whole
   const std::string unfinished = name + ".part";
   FILE *fp = comm->me == 0 ? fopen(unfinished.c_str(), "wb") : nullptr;
-  const std::string header =
-      bond_header(count, update->unit_style, records.within, records.zone, nspheres) + "\n";
-  bool good = write_in_order_of_ranks(comm->me == 0 ? header + text : text, fp);
+  bool good = write_in_order_of_ranks(text, fp);
   if (fp) {
     good = fclose(fp) == 0 && good && rename(unfinished.c_str(), name.c_str()) == 0;
     if (!good) remove(unfinished.c_str());
@@ -52,7 +51,8 @@ void WriteEVPBonds::command(int narg, char **arg)
   if (!on_all(good, world))
     error->all(FLERR, "write_evp_bonds: cannot write '{}': check the folder and the free space",
                name);
-  if (comm->me == 0) utils::logmesg(lmp, "write_evp_bonds: {} bonds written to {}\n", count, name);
+  if (comm->me == 0)
+    utils::logmesg(lmp, "write_evp_bonds: {} bonds written to {}\n", header.bonds, name);
 }
 
 const BondStore &WriteEVPBonds::find_records() const
@@ -72,46 +72,57 @@ const BondStore &WriteEVPBonds::find_records() const
 
 // Both atoms of a pair keep it: the one with the lower ID writes, unless its partner was deleted, whom a
 // reader could not find.
-std::string WriteEVPBonds::own_lines(const BondStore &records, bigint &count) const
+std::string WriteEVPBonds::lines_of_pairs(const BondStore &records, BondHeader &header) const
 {
-  std::vector<BondLine> lines;    // bonds, then contacts
+  std::vector<BondLine> lines;
   std::vector<tagint> partners;
-  const auto add = [&](const BondLine &bond) {
-    if (bond.id_i > bond.id_j) return;
-    lines.push_back(bond);
-    partners.push_back((tagint) bond.id_j);
+  const auto add = [&](const BondLine &pair) {
+    if (pair.id_i > pair.id_j) return;
+    lines.push_back(pair);
+    partners.push_back((tagint) pair.id_j);
   };
-  for (int i = 0; i < atom->nlocal; i++) {
-    const PairHistory *history = records.histories_of(i);
-    for (const EVP::Bond &bond : records.of(i))
-      add({atom->tag[i], bond.partner, bond.deq, history ? *history++ : PairHistory{}});
-  }
+  for (int i = 0; i < atom->nlocal; i++)
+    for (const EVP::Bond &bond : records.of(i)) add({atom->tag[i], bond.partner, bond.deq});
   for (int i = 0; records.has_history() && i < atom->nlocal; i++)
-    for (const FlowedContact &contact : records.contacts_of(i))
-      add({atom->tag[i], contact.partner, atom->radius[i], contact.history, true});
+    for (const Remembered &one : records.remembered_of(i))
+      add({atom->tag[i], one.partner, one.deq, one.kind});
   const AtomDirectory directory(lmp, partners);
 
   std::string text;
-  for (BondLine &bond : lines) {
-    const AtomDirectory::Entry &partner = directory.entries.at((tagint) bond.id_j);
-    if (partner.type == 0) continue;
-    if (bond.is_contact) bond.deq += partner.radius;    // from R_i to R_i + R_j
-    text += bond_text(bond, records.has_history());
-    count++;
+  for (const BondLine &pair : lines) {
+    if (directory.entries.at((tagint) pair.id_j).type == 0) continue;
+    text += bond_text(pair);
+    (pair.kind == BondLine::BOND ? header.bonds : header.contacts)++;
   }
   return text;
 }
 
-// Where bonds have broken the density at rest cannot be found from the bonds
-std::string WriteEVPBonds::lines_of_spheres(bigint &count) const
+// Of those that the bonds do not tell everything of: with fix evp/volume of all once one has changed, as the gaps of all are
+// to the mean of the body at rest
+std::string WriteEVPBonds::lines_of_spheres(const BondStore &records, BondHeader &header) const
 {
+  const auto line_of = [&](int i) {
+    const VolumeReference rest = records.has_volume() ? records.volume(i).reference
+                                                      : VolumeReference{};
+    const auto n = (double) records.of(i).size();
+    const Sphere own = records.has_history() ? records.sphere(i) : Sphere{0.0, 0.0, 0.0, n, n};
+    return SphereLine{atom->tag[i],
+                      {own.p, own.work, own.slip, own.bonds, own.recorded, rest.own.rho,
+                       rest.own.slope, rest.gap, rest.torn}};
+  };
+  const auto has_changed = [&](int i) {
+    return (records.has_history() && !records.sphere(i).is_new(records.of(i).size())) ||
+        (records.has_volume() && records.volume(i).reference.torn != 0.0);
+  };
+  bool any = false;
+  for (int i = 0; i < atom->nlocal; i++) any = any || has_changed(i);
+  const bool all = on_any(any, world) && records.has_volume();
   std::string text;
-  const auto volume = VolumeForces::find(modify);
-  for (int i = 0; volume && i < atom->nlocal; i++)
-    if (const VolumeReference &own = volume->kept_reference(i); own.torn != 0.0) {
-      text += sphere_text({atom->tag[i], own.own.rho, own.gap});
-      count++;
-    }
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!all && !has_changed(i)) continue;
+    text += sphere_text(line_of(i));
+    header.spheres++;
+  }
   return text;
 }
 
@@ -163,6 +174,10 @@ void ReadEVPRow::command(int narg, char **arg)
   });
   for (const Member &member : MEMBERS) set(member.key, shortest_text(row.*member.value));
   set("words", row_text(row));
+  std::string key = row_text(row);    // 'if' compares words of letters, digits and _ alone
+  for (char &c : key)
+    if (!isalnum((unsigned char) c)) c = c == '.' ? 'p' : c == '-' ? 'm' : '_';
+  set("key", key);
 }
 
 // Collective. Those of a group, whose volumes must be those of the body. words: group, volume, solid fraction
@@ -358,8 +373,8 @@ constexpr const char *HARMLESS = "No fixes with time integration";
 /// shown.
 class HiddenScreen {
  public:
-  explicit HiddenScreen(FILE *&screen_in) :
-      screen(screen_in), shown(screen_in), hidden(shown ? tmpfile() : nullptr)
+  HiddenScreen(FILE *&screen_in, Error *error_in) :
+      screen(screen_in), shown(screen_in), hidden(shown ? tmpfile() : nullptr), error(error_in)
   {
     screen = hidden;
   }
@@ -371,7 +386,11 @@ class HiddenScreen {
     char line[512];
     for (bool failed = false; fgets(line, sizeof(line), hidden);) {
       if (utils::strmatch(line, "^ERROR")) failed = true;
-      const bool warns = utils::strmatch(line, "^WARNING") && !strstr(line, HARMLESS);
+      bool warns = utils::strmatch(line, "^WARNING");
+      if (warns && strstr(line, HARMLESS)) {
+        warns = false;
+        error->set_numwarn(error->get_numwarn() - 1);    // LAMMPS shows the first hundred
+      }
       const bool ours = utils::strmatch(line, "^evp/lj:") ||
           utils::strmatch(line, "^pair evp/lj:") || utils::strmatch(line, "^fix evp/");
       if (failed || warns || ours) fputs(line, shown);
@@ -385,6 +404,7 @@ class HiddenScreen {
  private:
   FILE *&screen;
   FILE *const shown, *const hidden;
+  Error *const error;
 };
 
 std::string quoted(const std::string &word)
@@ -413,7 +433,7 @@ void EVPQuietly::command(int narg, char **arg)
     line += word + " ";
   }
 
-  const HiddenScreen until_it_ends(lmp->screen);
+  const HiddenScreen until_it_ends(lmp->screen, error);
   input->one(line);
   for (const std::string &name : split_words(words)) input->variable->set(name + " delete");
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/bond_store.h"
+#include "core/files.h"
 
 #include "command.h"
 
@@ -17,8 +18,8 @@ class WriteEVPBonds : public Command {
 
  private:
   const EVP::BondStore &find_records() const;
-  std::string own_lines(const EVP::BondStore &, bigint &count) const;
-  std::string lines_of_spheres(bigint &count) const;
+  std::string lines_of_pairs(const EVP::BondStore &, EVP::BondHeader &) const;
+  std::string lines_of_spheres(const EVP::BondStore &, EVP::BondHeader &) const;
   bool write_in_order_of_ranks(const std::string &text, FILE *) const;
 };
 

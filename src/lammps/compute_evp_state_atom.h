@@ -26,22 +26,12 @@ class ComputeEVPStateAtom : public EVP::WithPerAtomComm<Compute> {
  private:
   static constexpr int NCOLUMNS = 4;    // that are always there
 
-  enum class Value {
-    PLASTIC_WORK,
-    PLASTIC_STRAIN,
-    PLASTIC_STRAIN_SUM,
-    VOLUME_STRAIN,
-    VON_MISES,
-    TRIAXIALITY
-  };
+  enum class Value { PLASTIC_WORK, PLASTIC_STRAIN, VOLUME_STRAIN, VON_MISES, TRIAXIALITY };
   std::vector<Value> values;    // of the further columns
   double fraction = 0.0;        // volume of the spheres over that of the body
 
-  /// Sums of an atom over its pairs: bonds within dlim, of these in the second regime; new pairs.
-  /// Further ones follow where they are needed: they begin at these places, -1 if they are not there.
+  /// Sums of an atom over its pairs: bonds within dlim, of these in the second regime or at their limit; new pairs.
   enum Count { WITHIN, SECOND, FRESH, NCOUNTS };
-  int volume_at = -1;     // w (d/deq - 1), w
-  int plastic_at = -1;    // StrainFit of q/deq
 
   Values sums;    // comm_reverse of them per atom and ghost
   int nmax = 0;
@@ -49,8 +39,7 @@ class ComputeEVPStateAtom : public EVP::WithPerAtomComm<Compute> {
 
   bool has(Value) const;
   void add_pairs(const EVP::PairData *);
-  static double of_histories(Value, int i, const EVP::BondStore *);
-  double value_of(Value, int i, const EVP::BondStore *) const;
+  double value_of(Value, int i, const EVP::PairData *) const;
 };
 
 }    // namespace LAMMPS_NS

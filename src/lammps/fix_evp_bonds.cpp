@@ -20,7 +20,7 @@
 using namespace LAMMPS_NS;
 using namespace EVP;
 
-static constexpr double RESTART_FORMAT = 2003;    // first word of our section in restart files
+static constexpr double RESTART_FORMAT = 2004;    // first word of our section in restart files
 
 // fix ID group evp/bonds [zone Z | file FILE] [within type|molecule]
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
@@ -76,8 +76,12 @@ void FixEVPBonds::init()
   scene::refuse_respa(update, error, who);
 
   stepping = false;
+  ended_step = -1;
   check_history();
   bonds->keep_history(pair_data->rules.has_history());
+  bonds->keep_volume(VolumeForces::find(modify) ||
+                     (bonds->has_volume() && scene::find_fix(modify, "evp/volume")));
+  pair_data->histories.begin_run(bonds.get(), this);
   set_exchange_room();
 
   if (bonds->within == BodyRule::MOLECULE) {
@@ -99,9 +103,11 @@ void FixEVPBonds::init()
 void FixEVPBonds::check_history() const
 {
   const auto &rules = pair_data->rules;
-  if (!rules.plastic && on_any(bonds->has_changed(!rules.breaks()), world))
+  const bool forgets = (!rules.plastic && bonds->has_flowed(atom->nlocal)) ||
+      (!rules.has_history() && bonds->ended() > 0);
+  if (on_any(forgets, world))
     error->all(FLERR,
-               "{}: bonds have flowed or broken, which this pair_style would forget: give it the "
+               "{}: bonds have flowed or ended, which this pair_style would forget: give it the "
                "'plasticity' and 'break' that it had",
                who);
   if (!rules.has_history()) return;
@@ -111,7 +117,7 @@ void FixEVPBonds::check_history() const
         !utils::strmatch(other->style, "_HISTORY$"))    // those of granular styles move no atoms
       error->all(FLERR,
                  "{} must be defined before fix {} {}, which may move, add or delete atoms before "
-                 "it has kept how bonds have flowed or broken",
+                 "it has kept how bonds have flowed or ended",
                  who, other->id, other->style);
   }
 }
@@ -119,22 +125,22 @@ void FixEVPBonds::check_history() const
 void FixEVPBonds::return_histories()
 {
   if (!bonds->has_history()) return;
-  bonds->densities_at_rest.clear();    // atoms may move to other indices now
-  if (PairData *now = PairData::find(force)) now->histories.return_to(*bonds, *this);
+  if (PairData *now = PairData::find(force)) now->return_histories(*bonds);
   set_exchange_room();
 }
 
 void FixEVPBonds::end_of_step()
 {
   counted_step = -1;    // what a fix before this one has asked for
-  if (!bonds->has_history()) return settle_missing();
+  if (!bonds->has_history() || ended_step == update->ntimestep) return;
+  ended_step = update->ntimestep;
   if (!stepping)
     error->all(FLERR,
-               "{}: rerun does not know how bonds have flowed or broken: use 'plasticity none' and "
+               "{}: rerun does not know how bonds have flowed or ended: use 'plasticity none' and "
                "'break none', or dumps of the values in the run itself",
                who);
   stepping = false;
-  pair_data->commit(*bonds, false);
+  pair_data->commit(false);
 }
 
 // collective; without any force cg finds no direction that is downhill
@@ -153,7 +159,7 @@ void FixEVPBonds::post_run()
   stepping = false;
   if (update->whichflag == 2) {
     if (is_at_rest(update->minimize, update->ftol))
-      pair_data->commit(*bonds, true);
+      pair_data->commit(true);
     else
       warn_of_stop(update->minimize->stopstr);
   }
@@ -288,23 +294,23 @@ void FixEVPBonds::measure()
 
 double FixEVPBonds::compute_vector(int n)
 {
-  if (n == 4) return count_broken();
+  if (n == 4) return count_ended();
   if (update->whichflag != 0 &&
       (counted_step == update->ntimestep || !on_all(pair_data->is_packed(), world)))
     return pair_counts[n];
 
   pair_counts = PairData::require_present(force, error, fmt::format("{}: f_{}[{}]", who, id, n + 1))
                     ->count_pairs();
-  pair_counts[0] = (double) bonds->count() - pair_counts[0] - count_broken();
+  pair_counts[0] = (double) bonds->count() - pair_counts[0] - count_ended();
   counted_step = update->ntimestep;
   return pair_counts[n];
 }
 
-double FixEVPBonds::count_broken()
+double FixEVPBonds::count_ended()
 {
   if (!bonds->has_history()) return 0.0;
   return_histories();
-  return (double) reduce_all(bonds->broken(), MPI_SUM, world);
+  return (double) reduce_all(bonds->ended(), MPI_SUM, world);
 }
 
 int FixEVPBonds::unpack_exchange(int i, double *buf)
@@ -324,7 +330,10 @@ void FixEVPBonds::write_restart(FILE *fp)
                                (double) bonds->highest_id(),
                                (double) bonds->has_history(),
                                (double) (int) bonds->within,
-                               count_broken()};
+                               count_ended(),
+                               (double) bonds->has_volume(),
+                               bonds->reaches,
+                               bonds->exclusions};
   const std::vector<double> measures = bonds->measures.words();
   words.insert(words.end(), measures.begin(), measures.end());
   const int size = (int) (words.size() * sizeof(double));
@@ -338,7 +347,7 @@ void FixEVPBonds::restart(char *buf)
 {
   const auto *words = reinterpret_cast<const double *>(buf);
   BondMeasures measures;
-  if (words[0] != RESTART_FORMAT || !measures.take(words + 8, atom->ntypes))
+  if (words[0] != RESTART_FORMAT || !measures.take(words + 11, atom->ntypes))
     error->all(FLERR,
                "{}: its section of the restart file is damaged, or from a version of this package "
                "that wrote another format",
@@ -350,6 +359,9 @@ void FixEVPBonds::restart(char *buf)
   if (recorded || given == BodyRule::ALL) bonds->within = kept;
   bonds->restore(recorded, (int64_t) words[3], (int64_t) words[4],
                  comm->me == 0 ? (int64_t) words[7] : 0);
+  bonds->keep_volume(words[8] != 0.0);
+  bonds->reaches = words[9];
+  bonds->exclusions = words[10];
   bonds->measures = measures;
   const bool differs = !file.empty() || (zone > 0.0 && zone != words[1]) ||
       (given != BodyRule::ALL && given != kept);

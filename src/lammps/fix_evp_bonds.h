@@ -33,12 +33,16 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
 
   // flow and breaking, see EVP::PairHistories
   void pre_exchange() override { return_histories(); }
-  void pre_force(int) override { stepping = true; }
+  void pre_force(int) override
+  {
+    stepping = true;
+    pair_data->histories.begin_step();
+  }
   void end_of_step() override;
   void post_run() override;
 
-  // f_ID: pairs recorded. f_ID[1..5]: past dlim, in the second regime, new pairs that interact,
-  // lowest d/(R_i + R_j), broken for good
+  // f_ID: pairs recorded. f_ID[1..5]: past dlim, in the second regime or at their limit, new pairs that interact,
+  // lowest d/(R_i + R_j), ended for good
   double compute_scalar() override { return (double) bonds->count(); }
   double compute_vector(int) override;
 
@@ -65,12 +69,8 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   /// Collective. Stops if an atom of any MPI rank is not the one recorded under its ID.
   void check_ids() const;
 
-  /// Collective. Brings the histories in records() up to the last commit() of the pairs.
+  /// Collective. Brings the records up to the last commit() of the pairs.
   void return_histories();
-
-  /// Collective, after the forces of a step: bonds that have left the neighbor list have flowed, broken, or hold what they
-  /// had at their cutoffs. Again only with another list.
-  void settle_missing(bool moves = true) { pair_data->settle_missing(*bonds, moves); }
 
  private:
   double zone = 0.0;     // pairs with d <= zone (R_i + R_j) are recorded; 0: alpha of the types
@@ -82,6 +82,7 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
 
   EVP::PairData *pair_data = nullptr;    // of the run; the pair style in force has it
   bool stepping = false;                 // in a step of a run, not in its set-up
+  bigint ended_step = -1;                // the last step that has ended
   bool stop_warned = false;
   bigint natoms_seen = -1;    // -2 once new atoms were warned of
   class NeighList *list = nullptr;
@@ -93,7 +94,7 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   void warn_of_stop(const char *);
   void warn_of_new_atoms();
   void check_history() const;
-  double count_broken();
+  double count_ended();
   void check_zone() const;
   void check_box(const EVP::PairData *) const;
   std::string misplaced_message(int64_t id_found) const;

@@ -3,7 +3,6 @@
 #include "fix_evp_energy.h"
 
 #include "collective.h"
-#include "fix_evp_bonds.h"
 #include "fix_nve_evp.h"
 
 #include "domain.h"
@@ -29,7 +28,7 @@ void FixEVPEnergy::init()
 {
   pair_data = PairData::require(force, error, who);
   scene::refuse_respa(update, error, who);
-  bonds = dynamic_cast<FixEVPBonds *>(scene::find_fix(modify, "evp/bonds"));
+  bonds = scene::find_fix(modify, "evp/bonds");
   implicit = dynamic_cast<const FixNVEEVP *>(scene::find_fix(modify, "nve/evp"));
   integrated_groupbits = 0;
   for (const Fix *other : modify->get_fix_list())
@@ -64,15 +63,15 @@ bool FixEVPEnergy::others_act() const
 void FixEVPEnergy::setup(int /*vflag*/)
 {
   if (update->whichflag != 1) return;
-  take_work(true);
+  take_work();
   if (box.acts) {
     const double done = box.begin(domain);
     if (started) entries[BOX] += reduce_all(done, MPI_SUM, world);
   }
   last = over_all_ranks({instant_here(), {}}).instant;
-  // flow that is due is in no q yet, and the stored energies are those after it: what it will
+  // flow that is due is in no deq yet, and the stored energies are those after it: what it will
   // dissipate in the first step, pairs still hold
-  last.pairs.elastic += last.pairs.plastic + last.pairs.plastic_of_missing;
+  last.pairs.elastic += last.pairs.plastic;
   if (!started) start = last;
   started = true;
   end_instant();
@@ -80,9 +79,8 @@ void FixEVPEnergy::setup(int /*vflag*/)
 }
 
 // of the forces since the last call; there are none where rerun ends its step right after set-up
-void FixEVPEnergy::take_work(bool at_setup)
+void FixEVPEnergy::take_work()
 {
-  if (bonds) bonds->settle_missing(!at_setup);
   if (!work->take()) return;
   if (!work->force.empty()) reverse_comm(work->force);
   if (!work->damping.empty()) reverse_comm(work->damping);
@@ -222,7 +220,8 @@ void FixEVPEnergy::note_images()
 // What damping gives back where a velocity turns within a step is deducted from what it takes next
 void FixEVPEnergy::end_of_step()
 {
-  take_work(false);
+  if (bonds) bonds->end_of_step();    // whichever comes first
+  take_work();
   const Totals now = over_all_ranks({instant_here(), works_of_step()});
   last = now.instant;
   taken += now.works.dissipated;
@@ -230,21 +229,18 @@ void FixEVPEnergy::end_of_step()
   entries[PRESCRIBED] += now.works.prescribed;
   entries[OTHERS] += now.works.others;
   entries[BOX] += now.works.box;
-  entries[PLASTIC] += now.instant.pairs.plastic + now.instant.pairs.plastic_of_missing;
+  entries[PLASTIC] += now.instant.pairs.plastic;
   end_instant();
 }
 
-// what is held at the end of a step. A bond past its cutoff comes back to what it had, but for plasticity and where it breaks
+// what is held at the end of a step
 void FixEVPEnergy::end_instant()
 {
-  const double past = last.pairs.past_cutoff - start.pairs.past_cutoff,
-               broken = last.pairs.broken - start.pairs.broken;
-  const bool ends = pair_data->rules.has_history();
   entries[KINETIC] = last.kinetic - start.kinetic;
   entries[FIRST] = last.pairs.elastic - start.pairs.elastic;
   entries[SECOND] = last.pairs.forgotten - start.pairs.forgotten;
-  entries[LOST] = ends ? 0.0 : past + broken;
-  entries[BROKEN] = ends ? past + broken : 0.0;
+  entries[LOST] = last.pairs.past_cutoff - start.pairs.past_cutoff;
+  entries[ENDED] = last.pairs.ended - start.pairs.ended;
   entries[CONTACTS] = (last.pairs.contacts - start.pairs.contacts) -
       (last.pairs.contacts_at_cutoff - start.pairs.contacts_at_cutoff);
   entries[VOLUME] = last.volume - start.volume;
@@ -252,13 +248,13 @@ void FixEVPEnergy::end_instant()
 
 // f_ID: energy imbalance. f_ID[1..13], changes since the start: kinetic, stored in bonds up to xi_s
 // and above it, spent on lost bonds, new contacts; dissipated by gamma; work on prescribed atoms, of all
-// other forces; dissipated by flow, 0, released by broken bonds, volume energy; work of
+// other forces; dissipated by flow, 0, held by bonds that ended, volume energy; work of
 // a box that deforms
 double FixEVPEnergy::compute_scalar()
 {
   double imbalance = 0.0;
   for (const Entry entry :
-       {KINETIC, FIRST, SECOND, LOST, CONTACTS, DISSIPATED, PLASTIC, BROKEN, VOLUME})
+       {KINETIC, FIRST, SECOND, LOST, CONTACTS, DISSIPATED, PLASTIC, ENDED, VOLUME})
     imbalance += entries[entry];
   return imbalance - entries[PRESCRIBED] - entries[OTHERS] - entries[BOX];
 }

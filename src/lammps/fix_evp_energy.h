@@ -234,7 +234,7 @@ class FixEVPEnergy : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Ato
     PRESCRIBED,
     OTHERS,
     PLASTIC,
-    BROKEN = PLASTIC + 2,    // f_ID[10] is 0, for the numbers of the others
+    ENDED = PLASTIC + 2,    // f_ID[10] is 0, for the numbers of the others
     VOLUME,
     BOX,
     NENTRIES
@@ -258,7 +258,7 @@ class FixEVPEnergy : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Ato
   };
 
   EVP::PairData *pair_data = nullptr;
-  class FixEVPBonds *bonds = nullptr;           // if there is one
+  Fix *bonds = nullptr;                         // fix evp/bonds, if there is one
   const class FixNVEEVP *implicit = nullptr;    // if there is one
   int integrated_groupbits = 0;                 // groups of the fixes that move atoms by forces
   bool started = false;
@@ -276,7 +276,7 @@ class FixEVPEnergy : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Ato
   // does fix nve/evp solve for the damping?
   bool is_solved() const { return implicit && pair_data->damps_implicitly(); }
   bool others_act() const;
-  void take_work(bool at_setup);
+  void take_work();
   Instant instant_here() const;
   double kinetic_here() const;
   double damping_of_box() const;

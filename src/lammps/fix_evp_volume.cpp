@@ -15,7 +15,7 @@ using namespace LAMMPS_NS;
 using namespace EVP;
 
 // fix ID group evp/volume KV [KV ...] | row [cavitation STRAIN|none]
-FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp, narg, arg)
+FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : WithPerAtomComm(lmp, narg, arg)
 {
   scene::demand_three_dimensions(domain, error, who, "the volume strain",
                                  "use 'dimension 3', or leave the fix out");
@@ -44,16 +44,16 @@ FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp,
   scene::demand_only_one(modify, error, this, who);
 
   comm_forward = comm_reverse = VolumePasses::WIDTH;
-  restart_peratom = 1;
+  create_attribute = 1;
   energy_global_flag = energy_peratom_flag = thermo_energy = 1;
   scene::offer_values(this, (int) strains.size());
   peratom_flag = peratom_freq = 1;
   size_peratom_cols = 0;
 
-  forces = std::make_shared<VolumeForces>(lmp, who, groupbit, kv, records, *this);
+  forces = std::make_shared<VolumeForces>(lmp, who, groupbit, kv, *this);
   forces->law = law;
-  keep_records();
-  for (const int what : {Atom::GROW, Atom::RESTART}) atom->add_callback(what);
+  FixEVPVolume::grow_arrays(atom->nmax);
+  atom->add_callback(Atom::GROW);
 }
 
 void *FixEVPVolume::extract(const char *name, int &dim)
@@ -90,28 +90,8 @@ void FixEVPVolume::post_force(int /*vflag*/)
 
 void FixEVPVolume::grow_arrays(int nmax)
 {
-  AtomRecords::grow_arrays(nmax);
   shown.resize(nmax);
   vector_atom = shown.data();
-}
-
-void FixEVPVolume::set_arrays(int i)
-{
-  records[i] = {};
-  shown[i] = 0.0;
-}
-
-void FixEVPVolume::copy_arrays(int i, int j, int delflag)
-{
-  AtomRecords::copy_arrays(i, j, delflag);
-  shown[j] = shown[i];
-}
-
-int FixEVPVolume::unpack_exchange(int i, double *buf)
-{
-  const int n = AtomRecords::unpack_exchange(i, buf);
-  shown[i] = records[i].strain;
-  return n;
 }
 
 double FixEVPVolume::compute_vector(int n)
@@ -133,23 +113,4 @@ double FixEVPVolume::compute_vector(int n)
   if (sums[1] > 0.0) strains = {sums[0] / sums[1], -extremes[0], extremes[1], sums[2]};
   strains_step = update->ntimestep;
   return strains[n];
-}
-
-int FixEVPVolume::pack_restart(int i, double *buf)
-{
-  buf[0] = WORDS;
-  memcpy(buf + 1, &records[i], sizeof(records[i]));
-  return WORDS;
-}
-
-void FixEVPVolume::unpack_restart(int nlocal, int nth)
-{
-  const double *record = scene::find_restored(atom, nlocal, nth);
-  if (!record || record[0] != WORDS)
-    error->one(FLERR,
-               "{}: the densities of atom {} in the restart file are damaged, or the atom is not "
-               "from that file: define the fix right after read_restart",
-               who, atom->tag[nlocal]);
-  memcpy(&records[nlocal], record + 1, sizeof(records[nlocal]));
-  records[nlocal].strain = 0.0;
 }

@@ -11,14 +11,11 @@
 namespace LAMMPS_NS {
 
 /// An energy of the volume strain of each atom, by the density of its neighbors. Its forces are in those of the pair style,
-/// its energy is here.
-class FixEVPVolume : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::VolumeForces::Record> {
+/// its energy is here; what atoms keep for it is with the records of fix evp/bonds.
+class FixEVPVolume : public EVP::WithPerAtomComm<Fix> {
  public:
   FixEVPVolume(class LAMMPS *, int, char **);
-  ~FixEVPVolume() override
-  {
-    for (const int what : {Atom::GROW, Atom::RESTART}) atom->delete_callback(id, what);
-  }
+  ~FixEVPVolume() override { atom->delete_callback(id, Atom::GROW); }
 
   int setmask() override { return FixConst::POST_FORCE | FixConst::MIN_POST_FORCE; }
   void init() override;
@@ -35,26 +32,14 @@ class FixEVPVolume : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Vol
   /// "volume": the std::shared_ptr<VolumeForces>.
   void *extract(const char *, int &) override;
 
-  double memory_usage() override
-  {
-    return AtomRecords::memory_usage() + forces->memory_usage() + EVP::bytes_of(shown);
-  }
+  double memory_usage() override { return forces->memory_usage() + EVP::bytes_of(shown); }
   void grow_arrays(int) override;
-  void set_arrays(int) override;
-  void copy_arrays(int, int, int) override;
-  int unpack_exchange(int, double *) override;
-
-  int pack_restart(int, double *) override;
-  void unpack_restart(int, int) override;
-  int size_restart(int) override { return WORDS; }
-  int maxsize_restart() override { return WORDS; }
+  void set_arrays(int i) override { shown[i] = 0.0; }
+  void copy_arrays(int i, int j, int /*delflag*/) override { shown[j] = shown[i]; }
 
  private:
-  // of an atom in restart files: their number, record
-  static constexpr int WORDS = 1 + sizeof(EVP::VolumeForces::Record) / sizeof(double);
-
   std::shared_ptr<EVP::VolumeForces> forces;
-  std::vector<double> shown;    // strains of the records, side by side for those who read f_ID
+  std::vector<double> shown;          // strains of atoms, for those who read f_ID
   std::array<double, 4> strains{};    // f_ID[1..4], as of the last evaluation
   bigint strains_step = -1;           // step of that, -1 if it must not be used again
 };

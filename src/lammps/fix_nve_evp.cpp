@@ -173,8 +173,8 @@ void FixNVEEVP::collect_dampers()
     warn_of_rotation();
     solver.find_bodies(*pair_data, groupbit);
   }
-  // a bond that breaks moves the numbers of pairs on its rank: both copies of a pair must start from one force
-  if (pair_data->rules.breaks() && on_any(!dampers.are_of(list), world)) dampers.forget();
+  // a bond that ends moves the numbers of pairs on its rank: both copies of a pair must start from one force
+  if (pair_data->rules.has_history() && on_any(!dampers.are_of(list), world)) dampers.forget();
   dampers.collect(list, scene::rows(atom->x), gamma_of);
   if (!others_groupbits) return;
 

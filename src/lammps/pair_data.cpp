@@ -88,7 +88,7 @@ const PairLists &PairData::packed_pairs() const
   return lists;
 }
 
-PairData::AnyPair PairData::pair_between(int i, int j, int itype, int jtype) const
+PackedPair PairData::pair_between(int i, int j, int itype, int jtype) const
 {
   if (std::max(i, j) >= atom->nlocal + atom->nghost || !snapshot.matches_list())
     error->one(FLERR,
@@ -104,14 +104,13 @@ PairData::AnyPair PairData::pair_between(int i, int j, int itype, int jtype) con
     if (own >= lists.nlocal) continue;
     for (const auto &[list, row] : rows_of_atoms[own])
       for (int k = row.first; k < row.last; k++)
-        if (atom->tag[list->j[k]] == atom->tag[other])
-          return {(*list)[k], list->history_of(k).work};
+        if (atom->tag[list->j[k]] == atom->tag[other]) return list->pair(own, k);
   }
   PackedPair none{};    // at rest where the spheres touch
   none.inv_deq = 1.0 / (atom->radius[i] + atom->radius[j]);
   none.cutsq = -1.0;
   none.law = coefficients.index(itype, jtype);
-  return {none, 0.0};
+  return none;
 }
 
 bool PairData::is_packed() const
@@ -185,7 +184,7 @@ std::array<double, 4> PairData::count_pairs() const
   for_each_pair(lists, rows(atom->x), [&](const PlacedPair &p) {
     const double d = p.distance();
     lowest = std::min(lowest, d / (atom->radius[p.i] + atom->radius[p.j]));
-    if (p.is_past_cutoff()) return;
+    if (!p.acts()) return;
 
     const double weight = rank_share(p.j, lists.nreact);
     sums[p.is_bond ? 0 : 2] += weight;
@@ -213,17 +212,19 @@ void PairData::end_broken_run()
 
 void PairData::begin_run()
 {
-  histories.begin_run();
   source.begin_run(rules);
   end_broken_run();
   types.begin_run(bonds());                        // for init_one()
   const bool balances = update->whichflag != 2;    // a minimization has no energy balance
   work = balances ? scene::find_shared<PairWork>(modify, "evp/energy", "work") : nullptr;
-  if (work) work->forget();
+  if (work) {
+    work->forget();
+    work->bonds_end = rules.has_history();
+  }
   const Fix *implicit = scene::find_fix(modify, "nve/evp");
   implicit_groupbit = implicit ? implicit->groupbit : 0;
   volume_ = VolumeForces::find(modify);
-  any_gamma = scene_checked = bonds_missing = missing_due = false;
+  any_gamma = scene_checked = any_far = false;
   repack_due = true;
   snapshot.forget();
 }
@@ -255,7 +256,10 @@ void PairData::report()
                         rules.contact == Contact::NONE ? "do not interact"
                                                        : "only repel each other, elastically");
   if (rules.plastic) line += ", plasticity isotropic";
-  if (rules.breaks()) line += fmt::format(", bonds break beyond {} deq", 1.0 + rules.break_strain);
+  if (rules.breaks())
+    line += rules.plastic
+        ? fmt::format(", bonds break at a plastic strain of {}", rules.break_strain)
+        : fmt::format(", bonds break beyond {} deq", 1.0 + rules.break_strain);
   if (volume())
     line += fmt::format(", volume energy from fix {}", scene::find_fix(modify, "evp/volume")->id);
   line += fmt::format(", overlap warning above {} (R_i + R_j)\n", rules.overlap);
@@ -274,11 +278,13 @@ void PairData::report()
                        i, j, alpha_of(i, j));
 }
 
-bool PairData::pack_if_due(const NeighList *neighbors)
+bool PairData::prepare(const NeighList *neighbors)
 {
   const bool due = neighbor->ago == 0 || repack_due || source.version() != source_version ||
       (!atom->avec->comm_x_only && on_any(snapshot.radii_changed(), world));
-  return due && pack(neighbors);
+  const bool is_first = due && pack(neighbors);
+  histories.move_limits_if_due(wanted_work());
+  return is_first;
 }
 
 // Returns whether it is the first one of a run.
@@ -295,7 +301,7 @@ bool PairData::pack(const NeighList *neighbors)
   if (is_first) {    // now that all pairs of types are known
     scene_checked = true;
     report();
-    types.report();
+    types.report(rules.plastic);
   }
   if (is_first && damping_acts()) stop_at_wrong_box_rates();
   lists.common_build++;
@@ -312,21 +318,22 @@ bool PairData::pack(const NeighList *neighbors)
   source_version = source.version();
   const PairListBuilder::Found found = builder.build(
       {neighbors, &coefficients, bonds(), rules, within(), any_gamma, implicit_groupbit}, lists);
-  histories.forget_forces();
   if (is_first && bonds()) types.check(lists.bonds, volume());
   snapshot.finish();
+  histories.note_packing();
   if (!bonds()) volume_.reset();    // the bonds have gone since the last set-up
   const bigint without_pair = agree_on_pairs(found, same_list);
-  if (bonds_missing && !same_list) find_missing(without_pair);
-  if (volume()) volume()->pack(neighbors, lists, *bonds(), coefficients, rules);
-  if (volume() && rules.breaks() && bonds_missing)
-    histories.settle_missing(*bonds(), nullptr, volume());
-  missing_due = bonds_missing;
-  missing_energy = 0.0;
-  if (bonds_missing && is_incremental() && rules.plastic) {
-    const auto missing = histories.settle_missing(*bonds(), nullptr);
-    missing_energy = missing.held + missing.dissipated;
+  if (!same_list) {    // else the same bonds are far
+    histories.forget_far();
+    if (any_far) find_far(without_pair);
   }
+  if (volume())
+    volume()->pack(neighbors, lists, histories.store(), coefficients, rules, histories.ending());
+  if (volume() && rules.breaks() && !rules.plastic) histories.tell_of_far(*volume());
+  const PairWork::BeyondList beyond = histories.beyond_list();
+  if (work) work->beyond_list = beyond;
+  held_beyond_list = is_incremental() && rules.plastic ? beyond.held.total() + beyond.dissipated
+                                                       : 0.0;
 
   coefficients.choose_block_laws(
       [this](int i, int j) {
@@ -338,9 +345,9 @@ bool PairData::pack(const NeighList *neighbors)
 }
 
 // Collective. LAMMPS takes excluded pairs for such that never act: their bonds would be forgotten where they are
-void PairData::find_missing(bigint records_without_pair)
+void PairData::find_far(bigint records_without_pair)
 {
-  const bigint explained = reduce_all((bigint) histories.find_missing(*bonds()), MPI_SUM, world);
+  const bigint explained = reduce_all((bigint) histories.find_far(*bonds()), MPI_SUM, world);
   if (explained < records_without_pair && neighbor->ago == 0)
     error->all(FLERR,
                "Pair evp/lj: {} bonds are kept out of the neighbor list by neigh_modify exclude or "
@@ -349,12 +356,11 @@ void PairData::find_missing(bigint records_without_pair)
                (records_without_pair - explained + 1) / 2);
 }
 
-void PairData::commit(BondStore &records, bool at_rest)
+void PairData::commit(bool at_rest)
 {
   VolumeForces *const to_tell = rules.breaks() ? volume() : nullptr;
   if (to_tell && at_rest) to_tell->evaluate(lists);
   histories.commit(at_rest, wanted_work(), to_tell);
-  settle_missing(records, true);
   if (to_tell) to_tell->commit();
 }
 
@@ -363,14 +369,11 @@ void PairData::commit(BondStore &records, bool at_rest)
 bigint PairData::agree_on_pairs(const PairListBuilder::Found &found, bool same_list)
 {
   const bool asks = bonds() && (rules.has_history() || work || volume());
-  const bigint without = asks ? bonds()->count_unbroken(atom->nlocal) - found.bond_sides : 0;
+  const bigint without = asks ? bonds()->count_sides(atom->nlocal) - found.bond_sides : 0;
   const auto all =
       reduce_all(std::array{(bigint) found.damped, found.overlaps.count, without}, MPI_SUM, world);
   explicit_damping = all[0] > 0;
-  if (!same_list) {    // else the same bonds are missing
-    bonds_missing = all[2] > 0;
-    if (work) work->forget_missing();
-  }
+  if (!same_list) any_far = all[2] > 0;
   if (all[1] <= 2 * overlaps_told) return all[2];
   overlaps_told = all[1];
 
@@ -380,10 +383,10 @@ bigint PairData::agree_on_pairs(const PairListBuilder::Found &found, bool same_l
   if (comm->me == 0)
     error->warning(FLERR,
                    "Pair evp/lj: {} pairs overlap by more than {} (R_i + R_j), first atoms {} and "
-                   "{} at d = {:.6g}, deq = {:.6g}, {} regime, at step {} with timestep {:.6g}: "
+                   "{} at d = {:.6g}, deq = {:.6g}, at step {} with timestep {:.6g}: "
                    "the law has no hard core, so check timestep, speed and load",
                    all[1], rules.overlap, overlaps.id_i, overlaps.id_j, overlaps.d, overlaps.deq,
-                   overlaps.regime == 1 ? "first" : "second", update->ntimestep, update->dt);
+                   update->ntimestep, update->dt);
   return all[2];
 }
 

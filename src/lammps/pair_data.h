@@ -180,12 +180,8 @@ class PairData : protected Pointers {
     return law_of(pair).state(pair.ratio(), pair);
   }
 
-  /// The packed pair of two atoms, found by their IDs, and its work of flow [energy]. One that is not packed does not act.
-  struct AnyPair {
-    PackedPair pair;
-    double work;
-  };
-  AnyPair pair_between(int i, int j, int itype, int jtype) const;
+  /// The packed pair of two atoms, found by their IDs. One that is not packed does not act.
+  PackedPair pair_between(int i, int j, int itype, int jtype) const;
 
   /// gamma of a pair that fix nve/evp damps [force/velocity], 0 for the others. Its law has none.
   double implicit_gamma(const PackedPair &pair) const
@@ -240,25 +236,14 @@ class PairData : protected Pointers {
   PairHistories histories;
 
   /// Collective, at the end of a step and when a minimization is at rest: see PairHistories.
-  void commit(BondStore &records, bool at_rest);
+  void commit(bool at_rest);
 
-  /// For each packing that lacks bonds. moves: they flow or break, once; else only the balance is told what they hold, as at
-  /// set-up.
-  void settle_missing(BondStore &records, bool moves)
-  {
-    if (!missing_due) return;
-    const auto found =
-        histories.settle_missing(records, moves && records.has_history() ? &records : nullptr);
-    if (work) {
-      work->forget_missing();
-      work->take_missing(found.held, found.dissipated, rules.breaks() && moves);
-    }
-    missing_due = !moves;
-  }
+  /// Collective. Brings the records, if these are still those of the pairs, up to the last commit().
+  void return_histories(const BondStore &records) { histories.return_to(records, volume()); }
 
   /// In a minimization with flow, of the bonds that have left the list [energy]: as much as in it, so that the potential
   /// energy does not depend on where the list ends. Over the bonds of this rank, those of two by half.
-  double energy_of_missing() const { return missing_energy; }
+  double energy_beyond_list() const { return held_beyond_list; }
 
   /// In a minimization the energy of a pair is the work since its last state of rest.
   bool is_incremental() const { return update->whichflag == 2; }
@@ -278,14 +263,13 @@ class PairData : protected Pointers {
   /// Types or coefficients have changed since the last packing.
   void repack() { repack_due = true; }
 
-  /// Collective, before the forces: packs the pairs if the neighbor list, the bonds or radii have changed. Returns whether
-  /// this is the first packing of a run.
-  bool pack_if_due(const NeighList *);
+  /// Collective, before the forces: packs the pairs if the neighbor list, the bonds or radii have changed, and moves the
+  /// limits of spheres on where that is due. Returns whether this is the first packing of a run.
+  bool prepare(const NeighList *);
 
   double memory_usage() const
   {
-    return lists.memory_usage() + builder.memory_usage() + snapshot.memory_usage() +
-        histories.memory_usage();
+    return lists.memory_usage() + snapshot.memory_usage() + histories.memory_usage();
   }
 
  private:
@@ -303,9 +287,8 @@ class PairData : protected Pointers {
   std::weak_ptr<VolumeForces> volume_;    // of fix evp/volume, which may go between runs
   std::shared_ptr<PairWork> work;         // of fix evp/energy, nullptr without
   long source_version = 0;                // of the bonds, at the last packing
-  bool bonds_missing = false;             // neither broken nor in the list; the same on all ranks
-  bool missing_due = false;               // these are to be settled
-  double missing_energy = 0.0;
+  bool any_far = false;                   // bonds that are not in the list; the same on all ranks
+  double held_beyond_list = 0.0;
   mutable std::vector<std::vector<std::pair<const PairList *, PackedRow>>> rows_of_atoms;
   mutable long rows_build = -1;    // of these, for pair_between()
 
@@ -314,7 +297,7 @@ class PairData : protected Pointers {
   bool pack(const NeighList *);
   void end_broken_run();
   bigint agree_on_pairs(const PairListBuilder::Found &, bool same_list);
-  void find_missing(bigint records_without_pair);
+  void find_far(bigint records_without_pair);
 };
 
 }    // namespace EVP

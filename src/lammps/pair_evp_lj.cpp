@@ -23,7 +23,7 @@ using namespace EVP;
 using scene::rows;
 
 static constexpr size_t LONGEST_LINE = 254;       // that read_data takes
-static constexpr double RESTART_FORMAT = 2001;    // first word of our section in restart files
+static constexpr double RESTART_FORMAT = 2002;    // first word of our section in restart files
 static constexpr double LONGEST_ID = 1000;
 
 namespace {
@@ -114,7 +114,8 @@ void PairEVPLJ::settings(int narg, char **arg)
           chosen.break_strain = word.number();
           word.demand(
               chosen.break_strain > 0.0 && std::isfinite(chosen.break_strain),
-              "must be none or a positive strain of a bond, at which it breaks permanently");
+              "must be none or a positive strain, at which bonds break for good: of a bond, "
+              "or with plasticity the plastic strain of its spheres");
         } else {
           chosen.overlap = word.number();
           word.demand(
@@ -190,13 +191,13 @@ void PairEVPLJ::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
 
-  if (pair_data.pack_if_due(list)) warn_of_timestep(lmp, pair_data);
+  if (pair_data.prepare(list)) warn_of_timestep(lmp, pair_data);
   const bool damps = pair_data.damping_acts() && pair_data.damps_explicitly();
   if (damps && !comm->ghost_velocity) comm->forward_comm(this);
   velocities_sent = damps;
   damps ? compute_forces<true>() : compute_forces<false>();
 
-  if (eflag_global) eng_vdwl += pair_data.energy_of_missing();
+  if (eflag_global) eng_vdwl += pair_data.energy_beyond_list();
   const bool summed = vflag_fdotr;    // the sum clears its flag
   if (summed) virial_fdotr_compute();
 
@@ -237,10 +238,8 @@ void PairEVPLJ::stop_at_blow_up() const
   for_each_pair(pair_data.packed_pairs(), rows(atom->x), [&](const PlacedPair &p) {
     const double *f = atom->f[p.i];
     if (!culprit.empty() || std::isfinite(p.g.dsq + f[0] + f[1] + f[2])) return;
-    const double d = p.distance(), deq = 1.0 / p.inv_deq;
-    culprit =
-        fmt::format("first atoms {} and {} at d = {:.6g}, deq = {:.6g}, {} regime", atom->tag[p.i],
-                    atom->tag[p.j], d, deq, pair_data.state_of(p).regime == 1 ? "first" : "second");
+    culprit = fmt::format("first atoms {} and {} at d = {:.6g}, deq = {:.6g}", atom->tag[p.i],
+                          atom->tag[p.j], p.distance(), 1.0 / p.inv_deq);
   });
   if (culprit.empty()) culprit = "no pair of this MPI rank";
   const bigint saved = output ? output->last_restart : -1;
@@ -281,7 +280,7 @@ void PairEVPLJ::sum_forces(PairLists &lists, const ParticleView &view, MakeTally
   PairWork *work = pair_data.wanted_work();
   if (work && work->is_fresh()) work = nullptr;
   if (work) work->begin(lists.nall, view, Damping);
-  std::vector<int> *past = pair_data.histories.past_cutoff();
+  EndingBonds *const ending = pair_data.histories.ending_to_find();
   const VolumeForces *const volume = pair_data.volume();
   const auto with_tally = [&](bool are_bonds, auto &&f) {
     auto tally = make_tally();
@@ -292,9 +291,9 @@ void PairEVPLJ::sum_forces(PairLists &lists, const ParticleView &view, MakeTally
   };
   for (PairList *list : {&lists.bonds, &lists.contacts})
     with_tally(list->are_bonds, [&](auto &&tally) {
-      accumulate_forces<Damping>(*list, coefficients.block_law(*list), view,
-                                 VolumeForces::with_volume(volume, *list, tally),
-                                 pair_data.is_incremental(), list->are_bonds ? past : nullptr);
+      accumulate_forces<Damping>(*list, coefficients.block_law(*list), view, tally,
+                                 pair_data.is_incremental(), list->are_bonds ? ending : nullptr,
+                                 VolumeForces::of_list(volume, *list));
     });
   if (volume)
     with_tally(true, [&](auto &&tally) {
@@ -307,16 +306,15 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
                          double factor_lj, double &fforce)
 {
   fforce = 0.0;
-  const auto [pair, work] = pair_data.pair_between(i, j, itype, jtype);
+  const PackedPair pair = pair_data.pair_between(i, j, itype, jtype);
   const PairLaw &law = pair_data.law_of(pair);
   const double d = std::sqrt(rsq), deq = 1.0 / pair.inv_deq;
   const PairState now = law.state(d * pair.inv_deq, pair);
-  const bool acts = rsq <= pair.cutsq && factor_lj != 0.0;
+  const bool parted = pair.flow == Flow::COMPRESSES && d > deq;
+  const bool acts = rsq <= pair.cutsq && factor_lj != 0.0 && !parted;
   svector[0] = deq;
   svector[1] = (d - deq) / deq;
   svector[2] = acts ? now.regime : 0.0;
-  svector[3] = pair.offset.q;
-  svector[4] = work;
 
   if (pair_data.volume() && factor_lj != 0.0)
     fforce =

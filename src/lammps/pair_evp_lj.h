@@ -39,14 +39,14 @@ class PairEVPLJ : public Pair {
   }
 
  private:
-  static constexpr int NVALUES = 5;    // p1 ... p5 of compute pair/local
+  static constexpr int NVALUES = 3;    // p1 ... p3 of compute pair/local
 
   EVP::Coefficients coefficients;
   EVP::PairData pair_data;
   bool velocities_sent = false;    // to ghosts, for the last forces
 
   void allocate();
-  // p1 ... p5 of compute pair/local. Before 2026 LAMMPS copies those of a sub-style of
+  // p1 ... p3 of compute pair/local. Before 2026 LAMMPS copies those of a sub-style of
   // pair_style hybrid without end, and crashes; there, asking for them is an error instead
   void offer_pair_values()
   {

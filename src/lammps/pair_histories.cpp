@@ -11,21 +11,120 @@
 #include "neighbor.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace EVP {
 
+static constexpr int EVERY = 10;    // steps, of explicit ones: those of fix nve/evp are longer
+
+void PairHistories::begin_run(BondStore *records_in, PerAtomComm *exchange_in)
+{
+  records = records_in;
+  exchange = exchange_in;
+  limits_due = false;
+  every = scene::find_fix(modify, "nve/evp") ? 1 : EVERY;
+}
+
+// by the number of the step, so that neither neighbor builds nor MPI ranks nor restarts matter
+void PairHistories::begin_step()
+{
+  limits_due = rules.plastic && update->whichflag == 1 && update->ntimestep % every == 0;
+}
+
+void PairHistories::move_limits_if_due(PairWork *work)
+{
+  if (std::exchange(limits_due, false)) move_limits(work);
+}
+
+void PairHistories::note_packing()
+{
+  ends.clear();
+  if (!rules.has_history()) return;
+  sums.reset(lists.nall);
+  if (rules.plastic) share_limits();
+}
+
+// what ghosts have summed; bonds that have ended wait until the records are told
+void PairHistories::bring_sums_home()
+{
+  exchange->reverse_comm(sums.values);
+  for (int i = 0; i < lists.nlocal; i++) {
+    records->sphere(i).slip += std::exchange(sums.of(i, FlowSums::SLIP), 0.0);
+    records->sphere(i).work += std::exchange(sums.of(i, FlowSums::WORK), 0.0);
+  }
+  std::fill(sums.values.begin() + (size_t) FlowSums::WIDTH * lists.nlocal, sums.values.end(), 0.0);
+}
+
+// Collective. From the plastic strains of own atoms to the limits of these and of ghosts
+void PairHistories::share_limits()
+{
+  PerAtomComm::Values values((size_t) 3 * lists.nall, 0.0);
+  for (int i = 0; i < lists.nlocal; i++) {
+    const double p = records->sphere(i).p;
+    values[(size_t) 3 * i] = types.limit(atom->type[i])(p);
+    values[(size_t) 3 * i + 1] = p;
+  }
+  exchange->forward_comm(values);
+  lists.limits.resize(lists.nall);
+  strains.resize(rules.breaks() ? lists.nall : 0);
+  bool fails = false;
+  for (int i = 0; i < lists.nall; i++) {
+    lists.limits[i] = values[(size_t) 3 * i];
+    if (!rules.breaks()) continue;
+    strains[i] = values[(size_t) 3 * i + 1];
+    fails = fails || strains[i] >= rules.break_strain;
+  }
+  // a minimization changes nothing before it is at rest
+  ends.strains = fails && update->whichflag != 2 ? strains.data() : nullptr;
+  ends.failure = rules.break_strain;
+}
+
+void PairHistories::move_limits(PairWork *work)
+{
+  bring_sums_home();
+  for (int i = 0; i < lists.nlocal; i++)
+    records->sphere(i).move_on((double) records->of(i).size() - sums.of(i, FlowSums::ENDED) -
+                               (without_pair.empty() ? 0.0 : without_pair[i]));
+  limits_before.assign(lists.limits.begin(), lists.limits.end());
+  share_limits();
+  for (int i = 0; i < lists.nall; i++) {
+    if (!(lists.limits[i] < limits_before[i])) continue;
+    for (PairList *list : {&lists.bonds, &lists.contacts}) keep_below_limits(*list, work);
+    return;
+  }
+}
+
+// Where limits have become smaller, at the distances of now: what pairs store beyond them is dissipated
+void PairHistories::keep_below_limits(PairList &list, PairWork *work)
+{
+  due = true;
+  for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
+    const PairLaw &law = coefficients.law(p.law);
+    PairVariables was = p;
+    was.limit = std::min(limits_before[p.i], limits_before[p.j]);
+    if (law.own_limit > 0.0 || !(p.limit < was.limit)) return;
+    const PairState before = law.state(p.ratio(), was), now = law.state(p.ratio(), p);
+    if (now.inv_deq == p.inv_deq) return;
+    const double dissipated = before.dissipated + before.stored.elastic - now.stored.elastic;
+    if (p.is_bond)
+      sums.add(p.i, p.j, lists.nreact, FlowSums::SLIP,
+               std::fabs(log_of_ratio(now.inv_deq, p.inv_deq)));
+    sums.add(p.i, p.j, lists.nreact, FlowSums::WORK, 0.5 * dissipated);
+    list.inv_deq[p.index] = now.inv_deq;
+    if (work) work->add_dissipated(rank_share(p.j, lists.nreact) * dissipated);
+  });
+}
+
 void PairHistories::commit(bool at_rest, PairWork *work, VolumeForces *volume)
 {
   due = true;
-  if (at_rest) {
-    past.clear();
-    for (PairList *list : {&lists.bonds, &lists.contacts}) find_next(*list);
-  }
-  for (PairList *list : {&lists.bonds, &lists.contacts}) list->commit();
-  if (past.empty()) return;
-  break_bonds(past, work, volume);
-  past.clear();
+  if (at_rest) find_next();
+  for (PairList *list : {&lists.bonds, &lists.contacts})
+    if (list->stays()) list->commit(lists.nreact, sums);
+  end_bonds(work, volume);
+  end_far_bonds(work);
+  if (at_rest && rules.plastic) move_limits(work);
 }
 
 bool PairHistories::would_change() const
@@ -33,137 +132,178 @@ bool PairHistories::would_change() const
   const auto any = [](const PairList &list) {
     return std::count(list.any_flow.begin(), list.any_flow.end(), 1) > 0;
   };
-  return !past.empty() || any(lists.bonds) || any(lists.contacts);
+  return !ends.found.empty() || !far.empty() || any(lists.bonds) || any(lists.contacts);
 }
 
-// what the force loop finds, at the present positions
-void PairHistories::find_next(PairList &list)
+// by the force loop, at the present positions, where bonds fail too: a minimization leaves that to its end
+void PairHistories::find_next()
 {
-  std::fill(list.any_flow.begin(), list.any_flow.end(), 1);
-  for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
-    if (rules.breaks() && p.is_bond && p.is_past_cutoff()) past.push_back(p.index);
-    if (!list.stays()) return;
-    const PairState now = coefficients.law(p.law).state(p.ratio(), p);
-    const bool parted = p.is_past_cutoff() && !p.is_bond;
-    list.q_new[p.index] = parted ? 0.0 : now.offset.q;
-    list.dissipated[p.index] = parted ? 0.0 : now.dissipated;
-  });
+  std::vector<double> scratch((size_t) 3 * lists.nall, 0.0);
+  const ParticleView view = {scene::rows(atom->x), nullptr,
+                             reinterpret_cast<double(*)[3]>(scratch.data()), lists.nreact};
+  ends.clear();
+  ends.strains = strains.empty() ? nullptr : strains.data();
+  for (PairList *list : {&lists.bonds, &lists.contacts})
+    accumulate_forces<false>(*list, coefficients.block_law(*list), view, NoTally(), false,
+                             list->are_bonds ? &ends : nullptr);
 }
 
-void PairHistories::break_bonds(const std::vector<int> &broken, PairWork *work,
-                                VolumeForces *volume)
+// at the end of a step, when deq has moved
+void PairHistories::end_bonds(PairWork *work, VolumeForces *volume)
 {
+  if (ends.found.empty()) return;
   PairList &contacts = lists.contacts;
-  for (const int k : broken) {
-    const PackedPair bond = lists.bonds[k];
-    const int i = lists.bonds.owner_of(k);
-    newly_broken.push_back({i, bond.j, lists.bonds.history_of(k).work});
-    const double ratio = bond.cut * bond.inv_deq;
+  for (size_t n = 0; n < ends.found.size(); n++) {
+    const int k = ends.found[n], i = lists.bonds.owner_of(k);
+    const PackedPair bond = lists.bonds.pair(i, k);
+    const double d = std::min(bond.cut, ends.distances[n]);
+    const Span left = rules.of_ended(atom->radius[i] + atom->radius[bond.j], d);
+    journal.push_back({i, bond.j, atom->tag[bond.j], left.deq, PairEvent::ENDED});
+    if (rules.plastic) sums.add(i, bond.j, lists.nreact, FlowSums::ENDED, 1.0);
     if (work)
-      work->add_broken(rank_share(bond.j, lists.nreact) *
-                       coefficients.law(bond.law).state(ratio, bond).stored.total());
+      work->end(coefficients.law(bond.law).state(d * bond.inv_deq, bond).stored,
+                rank_share(bond.j, lists.nreact));
     if (volume) volume->pair_leaves(lists, i, bond.j, 1.0 / lists.bonds.inv_dlim[k]);
-    const Span left = rules.of_broken(atom->radius[i] + atom->radius[bond.j], 1.0 / bond.inv_deq);
     if (left.cutoff == 0.0) continue;
     demand_room(contacts, 1, error);
-    // its cutoff is its deq
-    contacts.set(contacts.size(), bond.j, left.deq, bond.law, bond.record);
+    contacts.set(contacts.size(), bond.j, left.deq, left.cutoff, bond.law);
     contacts.add_row(i, 1);
   }
-  lists.bonds.remove(broken);
+  lists.bonds.remove(ends.found);
+  ends.clear();
   lists.build++;
 }
 
-void PairHistories::return_to(BondStore &records, PerAtomComm &exchange)
+// each on the ranks of both of its atoms
+void PairHistories::end_far_bonds(PairWork *work)
 {
-  if (!due) return;
-  due = false;
-  send_to_owners(records, exchange);
-  newly_broken.clear();
-  warn_of_limit();
+  if (!rules.has_history()) return;
+  for (const FarBond &bond : far) {
+    const double sum_radii = atom->radius[bond.i] + bond.radius;
+    const double rest = rules.of_ended(sum_radii, bond.cutoff).deq;
+    journal.push_back({bond.i, -1, bond.partner, rest, PairEvent::ENDED});
+    sums.of(bond.i, FlowSums::ENDED) += 1.0;
+    sums.of(bond.i, FlowSums::WORK) += 0.5 * bond.state.dissipated;
+    if (rules.plastic)
+      sums.of(bond.i, FlowSums::SLIP) +=
+          std::fabs(log_of_ratio(bond.state.inv_deq, 1.0 / bond.deq));
+  }
+  far.clear();
+  if (work) work->end_beyond_list();
 }
 
-// Atoms and ghosts are those that the list was packed for. Without newton both owners of a pair across MPI ranks, or
-// across a periodic boundary, hold a copy: that of the atom with the lower ID is taken for both
-void PairHistories::send_to_owners(BondStore &records, PerAtomComm &exchange)
+void PairHistories::return_to(const BondStore &store, VolumeForces *volume)
+{
+  if (!due || &store != records) return;
+  due = false;
+  bring_sums_home();
+  if (volume) volume->note_bonds_at_rest(lists);
+  if (rules.plastic) add_moves();
+  tell_owners();
+  journal.clear();
+  for (int i = 0; i < lists.nlocal; i++) sums.of(i, FlowSums::ENDED) = 0.0;
+}
+
+void PairHistories::take(const PairEvent &event)
+{
+  const auto remember = [&](Remembered::Kind kind) {
+    if (!records->find_remembered(event.i, event.partner))
+      records->remembered_of(event.i).push_back({event.partner, event.deq, kind});
+  };
+  if (event.what == PairEvent::MOVED)
+    records->move(event.i, event.partner, event.deq);
+  else if (event.what == PairEvent::REMEMBERED)
+    remember(Remembered::CONTACT);
+  else {
+    records->end(event.i, event.partner);
+    if (!rules.plastic) remember(Remembered::APART);
+  }
+}
+
+// Where deq has moved, by the lists. Without newton both owners of a pair across MPI ranks, or across a periodic boundary,
+// hold a copy: that of the atom with the lower ID is taken for both
+void PairHistories::add_moves()
 {
   const tagint *tag = atom->tag;
-  const int nlocal = atom->nlocal, newton = force->newton_pair;
+  for (int i = 0; i < lists.nlocal; i++) records->remembered_of(i).clear();
+  for (const PairList *list : {&lists.bonds, &lists.contacts})
+    for (const PackedRow &row : list->rows)
+      for (int k = row.first; k < row.last; k++) {
+        const int i = row.i, j = list->j[k];
+        if (j >= lists.nreact && tag[i] > tag[j]) continue;
+        const Bond *const bond = list->are_bonds ? records->find(i, tag[j]) : nullptr;
+        const double inv_deq =
+            list->inv_deq[k];    // contacts end at R_i + R_j as these were packed
+        if (bond ? 1.0 / bond->deq != inv_deq
+                 : !list->are_bonds && inv_deq * list->pair(i, k).cut > 1.0 + CONTACT_MARGIN)
+          journal.push_back(
+              {i, j, tag[j], 1.0 / inv_deq, bond ? PairEvent::MOVED : PairEvent::REMEMBERED});
+      }
+}
 
-  PerAtomComm::Values owner((size_t) 3 * (nlocal + atom->nghost),
-                            0.0);    // rank, local index
+// Atoms and ghosts are those that the list was packed for. Without newton either copy of a bond may have met its end alone,
+// by round-off: that ends both
+void PairHistories::tell_owners()
+{
+  const int nlocal = lists.nlocal;
+  PerAtomComm::Values owner((size_t) 3 * lists.nall, 0.0);    // rank, local index
   for (int i = 0; i < nlocal; i++) {
     owner[(size_t) 3 * i] = comm->me;
     owner[(size_t) 3 * i + 1] = i;
   }
-  exchange.forward_comm(owner);
+  exchange->forward_comm(owner);
 
-  records.clear_contacts();
-  std::vector<HistoryOfPair> messages;
+  std::vector<PairEvent> messages;
   std::vector<int> ranks;
-  const auto post = [&](int ghost, int own, bool is_record, const PairHistory &h) {
-    ranks.push_back((int) owner[(size_t) 3 * ghost]);
-    messages.push_back({(int) owner[(size_t) 3 * ghost + 1], is_record, tag[own], h});
-  };
-  const auto send = [&](int i, int j, bool is_record, const PairHistory &h) {
-    if (j < nlocal) {
-      records.take({i, is_record, tag[j], h});
-      records.take({j, is_record, tag[i], h});
-    } else if (newton || tag[i] < tag[j]) {
-      records.take({i, is_record, tag[j], h});
-      post(j, i, is_record, h);
-    }
-  };
-  // either copy of a bond may have met its cutoff alone, by round-off: that breaks both
-  std::vector<HistoryOfPair> deferred;
-  for (const BrokenBond &bond : newly_broken) {
-    const PairHistory h = {0.0, 0.0, bond.work, 1.0};
-    if (bond.j < nlocal || newton || tag[bond.i] < tag[bond.j]) {
-      send(bond.i, bond.j, true, h);
+  for (const PairEvent &event : journal) {
+    take(event);
+    if (event.j < 0) continue;
+    PairEvent other = {event.j, -1, atom->tag[event.i], event.deq, event.what};
+    if (event.j < nlocal) {
+      take(other);
       continue;
     }
-    post(bond.j, bond.i, true, h);
-    deferred.push_back({bond.i, true, tag[bond.j], h});
+    other.i = (int) owner[(size_t) 3 * event.j + 1];
+    ranks.push_back((int) owner[(size_t) 3 * event.j]);
+    messages.push_back(other);
   }
-  for (const PairList *list : {&lists.bonds, &lists.contacts})
-    for (const PackedRow &row : list->rows)
-      for (int k = row.first; list->stays() && k < row.last; k++) {
-        const PairHistory h = list->history_of(k);
-        if (!(h == PairHistory{})) send(row.i, list->j[k], list->are_bonds, h);
-      }
-
   Irregular irregular(lmp);
   const int n = irregular.create_data((int) messages.size(), ranks.data(), 1);
-  std::vector<HistoryOfPair> received(n);
-  irregular.exchange_data((char *) messages.data(), sizeof(HistoryOfPair),
-                          (char *) received.data());
+  std::vector<PairEvent> received(n);
+  irregular.exchange_data((char *) messages.data(), sizeof(PairEvent), (char *) received.data());
   irregular.destroy_data();
-  for (const HistoryOfPair &m : received) records.take(m);
-  for (const HistoryOfPair &m : deferred) records.take(m);
+  for (const PairEvent &event : received) take(event);
 }
 
-int64_t PairHistories::find_missing(const BondStore &store)
+int64_t PairHistories::find_far(const BondStore &store)
 {
-  missing.clear();
-  int64_t without_pair = 0;
+  forget_far();
+  without_pair.assign(atom->nlocal, 0);
   const auto *x = scene::rows(atom->x);
   const double *const *cutneighsq = neighbor->cutneighsq;
   std::vector<std::pair<tagint, int>> atoms;    // own and ghosts: of an ID there may be many
   for (int k = 0; k < atom->nlocal + atom->nghost; k++) atoms.emplace_back(atom->tag[k], k);
   std::sort(atoms.begin(), atoms.end());
 
-  const auto add = [&](int i, int slot, const AtomDirectory::Entry &partner) {
-    if (partner.type != 0 && types.handles(atom->type[i], partner.type))
-      missing.push_back({i, slot, partner.type, partner.radius});
-    else
-      without_pair++;
+  const auto add = [&](int i, const Bond &bond, const AtomDirectory::Entry &partner) {
+    if (partner.type == 0 || !types.handles(atom->type[i], partner.type)) {
+      without_pair[i]++;
+      return;
+    }
+    const PairLaw &law = coefficients.law(coefficients.index(atom->type[i], partner.type));
+    const Span span = rules.of_bond(bond.deq, law.row.alpha * (atom->radius[i] + partner.radius));
+    const double limit = rules.plastic ? std::min(lists.limits[i], partner.limit) : 0.0;
+    far.push_back(
+        {i, (tagint) bond.partner, bond.deq, partner.radius, span.cutoff,
+         law.state(span.cutoff / bond.deq, {1.0 / bond.deq, rules.flow_of_bonds(), limit})});
   };
 
   std::vector<std::pair<int, int>> far_away;    // atom, slot: the partner is not even a ghost
   std::vector<tagint> partners;
   for (int i = 0; i < atom->nlocal; i++)
     for (int slot = 0; slot < (int) store.of(i).size(); slot++) {
-      const auto partner = (tagint) store.of(i)[slot].partner;
+      const Bond &bond = store.of(i)[slot];
+      const auto partner = (tagint) bond.partner;
       auto at = std::lower_bound(atoms.begin(), atoms.end(), std::pair(partner, 0));
       if (at == atoms.end() || at->first != partner) {
         far_away.emplace_back(i, slot);
@@ -176,64 +316,33 @@ int64_t PairHistories::find_missing(const BondStore &store)
         is_near = is_near ||
             PairGeometry(x, i, at->second).dsq <= cutneighsq[atom->type[i]][atom->type[j]];
       if (!is_near || !types.handles(atom->type[i], atom->type[j]))
-        add(i, slot, {atom->type[j], atom->radius[j]});
+        add(i, bond, {atom->type[j], atom->radius[j], rules.plastic ? lists.limits[j] : 0.0});
     }
 
   if (on_any(!partners.empty(), world)) {
-    const AtomDirectory directory(lmp, partners);
+    const AtomDirectory directory(lmp, partners, rules.plastic ? lists.limits.data() : nullptr);
     for (size_t k = 0; k < partners.size(); k++)
-      add(far_away[k].first, far_away[k].second, directory.entries.at(partners[k]));
+      add(far_away[k].first, store.of(far_away[k].first)[far_away[k].second],
+          directory.entries.at(partners[k]));
   }
-  return (int64_t) missing.size() + without_pair;
+  return std::accumulate(without_pair.begin(), without_pair.end(), (int64_t) far.size());
 }
 
-PairHistories::Missing PairHistories::settle_missing(const BondStore &store, BondStore *moved,
-                                                     VolumeForces *volume) const
+// a bond of two MPI ranks counts half on each
+PairWork::BeyondList PairHistories::beyond_list() const
 {
-  Missing found;
-  for (const MissingBond &one : missing) {
-    const Bond &bond = store.of(one.i)[one.slot];
-    const PairHistory before = store.has_history() ? store.histories_of(one.i)[one.slot]
-                                                   : PairHistory{};
-    if (before.broken != 0.0) continue;
-    const PairLaw &law = coefficients.law(coefficients.index(atom->type[one.i], one.type));
-    const Span span = rules.of_bond(bond.deq, law.row.alpha * (atom->radius[one.i] + one.radius));
-    const PairState at = law.state(span.cutoff / bond.deq,
-                                   {1.0 / bond.deq, rules.flow_of_bonds(), {before.q, before.k}});
-    found.held += 0.5 * at.stored.total();    // a bond of two MPI ranks counts half on each
-    found.dissipated += 0.5 * at.dissipated;
-    if (volume) volume->far_bond_leaves(one.i, bond.deq, law.row.alpha, one.radius);
-    if (!moved) continue;
-    const double work = before.work + at.dissipated;
-    moved->take(one.i, one.slot,
-                rules.breaks() ? PairHistory{0.0, 0.0, work, 1.0}
-                               : PairHistory{at.offset.q, at.offset.k, work, 0.0});
+  PairWork::BeyondList sum{};
+  for (const FarBond &bond : far) {
+    sum.held.elastic += 0.5 * bond.state.stored.elastic;
+    sum.held.forgotten += 0.5 * bond.state.stored.forgotten;
+    sum.dissipated += 0.5 * bond.state.dissipated;
   }
-  return found;
+  return sum;
 }
 
-// once per run
-void PairHistories::warn_of_limit()
+void PairHistories::tell_of_far(VolumeForces &volume) const
 {
-  if (!rules.plastic || limit_warned) return;
-  double strain = 0.0;    // the largest elastic limit beyond that of the largest force
-  int last = -1;
-  double strongest = 0.0;
-  for (size_t n = 0; n < lists.bonds.size(); n++) {
-    const PairLaw &law = coefficients.law(lists.bonds.law[n]);
-    if (lists.bonds.law[n] != std::exchange(last, lists.bonds.law[n]))
-      strongest = law.strongest_strain();
-    const double limit = law.limit(lists.bonds.k[n]);
-    if (limit > strongest) strain = std::max(strain, limit);
-  }
-  strain = reduce_all(strain, MPI_MAX, world);
-  limit_warned = strain > 0.0;
-  if (limit_warned && comm->me == 0)
-    error->warning(FLERR,
-                   "Pair evp/lj: the elastic limit of bonds has grown to a strain of {:.3g}, "
-                   "beyond that of the largest force in tension: they soften from now on; give the "
-                   "row a 'saturation', or a smaller e2",
-                   strain);
+  for (const FarBond &bond : far) volume.far_bond_leaves(bond.i);
 }
 
 }    // namespace EVP

@@ -14,8 +14,8 @@
 
 namespace EVP {
 
-/// What the packed pairs have gone through since their records were told of it: where pairs flow and bonds break, what
-/// the last forces found comes into force here, and nowhere else.
+/// What the packed pairs have gone through since their records were told of it: where deq moves and bonds end, what the last
+/// forces found comes into force here, and nowhere else. So do the limits of the spheres.
 class PairHistories : protected Pointers {
  public:
   PairHistories(LAMMPS *lmp, PairLists &lists_in, const Coefficients &coefficients_in,
@@ -25,20 +25,31 @@ class PairHistories : protected Pointers {
   {
   }
 
-  /// At set-up.
-  void begin_run() { limit_warned = false; }
+  /// At set-up: the records, and an exchange of three values per atom, both of fix evp/bonds.
+  void begin_run(BondStore *, PerAtomComm *);
 
-  /// Where the force loop puts the bonds past their cutoffs, nullptr where bonds do not break.
-  std::vector<int> *past_cutoff()
+  /// Which bonds end, by the forces to come: the force loop fills it. nullptr where none can.
+  EndingBonds *ending_to_find()
   {
-    past.clear();
-    return rules.breaks() ? &past : nullptr;
+    ends.clear();
+    return rules.has_history() ? &ends : nullptr;
   }
+  const EndingBonds &ending() const { return ends; }
+
+  /// At the beginning of a step of a run, before its forces.
+  void begin_step();
+
+  /// Collective. Moves the plastic strains and limits of the spheres on, where that is due. work: is told of what this
+  /// dissipates, nullptr without.
+  void move_limits_if_due(PairWork *work);
 
   /// At the end of each step and when a minimization is at rest: what the last forces found comes into force. at_rest:
-  /// found anew, as a minimizer may have tried other places last. work, volume: are told of bonds that break, nullptr
+  /// found anew, as a minimizer may have tried other places last. work, volume: are told of bonds that end, nullptr
   /// without.
   void commit(bool at_rest, PairWork *work, VolumeForces *volume);
+
+  /// That the records are in.
+  BondStore &store() { return *records; }
 
   /// Would commit() change any, by what the last forces of this MPI rank found?
   bool would_change() const;
@@ -50,60 +61,89 @@ class PairHistories : protected Pointers {
   void drop()
   {
     due = false;
-    newly_broken.clear();
+    journal.clear();
   }
 
-  /// The lists were packed anew: what the last forces found is void.
-  void forget_forces() { past.clear(); }
+  /// Collective. The lists were packed anew: what the last forces found is void.
+  void note_packing();
 
   /// Collective, where they are due: to the records of their atoms. Called before atoms migrate, and before others read
-  /// the records.
-  void return_to(BondStore &, PerAtomComm &);
+  /// the records. volume: is told how bonds are at rest now, nullptr without.
+  void return_to(const BondStore &, VolumeForces *volume);
 
   /// Collective, in the packing of a new neighbor list. Which bonds does it not have, as they are past its end? Returns how
   /// many records of own atoms these are, with those whose partner is deleted or has another pair style.
-  int64_t find_missing(const BondStore &);
+  int64_t find_far(const BondStore &);
+  void forget_far()
+  {
+    far.clear();
+    without_pair.clear();
+  }
 
-  /// What these bonds hold at their cutoffs, and dissipate on the way there [energy].
-  struct Missing {
-    double held = 0.0, dissipated = 0.0;
-  };
+  /// What these bonds hold at their cutoffs, and dissipate on the way there [energy]. Where bonds end these do so at the
+  /// next commit().
+  PairWork::BeyondList beyond_list() const;
 
-  /// They have flowed up to their cutoffs, or have broken where bonds break, whether or not the list saw them pass.
-  /// moved: the same records, nullptr: they stay as they are. volume: is told of bonds that will break, nullptr without.
-  Missing settle_missing(const BondStore &, BondStore *moved, VolumeForces *volume = nullptr) const;
+  /// Bonds of eq. 8 among these break before their spheres are out of reach.
+  void tell_of_far(VolumeForces &) const;
 
-  double memory_usage() const { return bytes_of(past, newly_broken); }
+  double memory_usage() const
+  {
+    return bytes_of(ends.found, ends.distances, without_pair, journal, far, sums.values, strains,
+                    limits_before);
+  }
 
  private:
   PairLists &lists;
   const Coefficients &coefficients;
   const PairRules &rules;
   const PairTypes &types;
+  BondStore *records = nullptr;
+  PerAtomComm *exchange = nullptr;
 
-  /// A bond that broke, with the work of its flow [energy].
-  struct BrokenBond {
+  /// What has become of a pair of own atom i, which that atom and j are told. j: -1 of a bond whose partner is far, and as a
+  /// message to the rank of i.
+  struct PairEvent {
+    enum What : int64_t {
+      MOVED,        ///< deq of a bond, to this
+      ENDED,        ///< a bond; deq: of what is left of it
+      REMEMBERED    ///< a contact that has flowed, to this deq
+    };
     int i, j;
-    double work;
+    tagint partner;
+    double deq;
+    int64_t what;
   };
 
-  /// A record of an own atom that is in no list, and its partner.
-  struct MissingBond {
-    int i, slot;
-    int type;
-    double radius;
+  /// A bond of an own atom that is in no list, as it is at its cutoff.
+  struct FarBond {
+    int i;
+    tagint partner;
+    double deq, radius, cutoff;    ///< radius: of the partner
+    PairState state;
   };
 
-  std::vector<MissingBond> missing;
-  std::vector<int> past;    // bonds that the last forces found past their cutoff, where bonds break
-  std::vector<BrokenBond> newly_broken;    // of this MPI rank, since histories were returned
-  bool due = false;
-  bool limit_warned = false;
+  EndingBonds ends;
+  std::vector<PairEvent> journal;    // bonds that have ended, since the records were told
+  std::vector<FarBond> far;
+  std::vector<int>
+      without_pair;    // records of own atoms whose partner has gone; empty where there are none
+  FlowSums sums;
+  // of own atoms and ghosts: plastic strains, where bonds end by them; limits before they moved on last
+  std::vector<double> strains, limits_before;
+  bool due = false, limits_due = false;
+  int every = 1;    // steps between two updates of the limits
 
-  void find_next(PairList &);
-  void break_bonds(const std::vector<int> &, PairWork *, VolumeForces *);
-  void send_to_owners(BondStore &, PerAtomComm &);
-  void warn_of_limit();
+  void bring_sums_home();
+  void share_limits();
+  void move_limits(PairWork *);
+  void keep_below_limits(PairList &, PairWork *);
+  void find_next();
+  void end_bonds(PairWork *, VolumeForces *);
+  void end_far_bonds(PairWork *);
+  void take(const PairEvent &);
+  void tell_owners();
+  void add_moves();
 };
 
 }    // namespace EVP

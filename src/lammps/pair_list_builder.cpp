@@ -26,10 +26,6 @@ struct PairListBuilder::View {
 
 PairListBuilder::Found PairListBuilder::build(const Input &input, PairLists &lists)
 {
-  std::swap(last, now);
-  now.size = 0;
-  last.rows.resize(atom->nlocal, {0, 0});
-  now.rows.assign(atom->nlocal, {0, 0});
   lists.build++;
   lists.bonds.clear(BOND_MARGIN, input.rules.flow_of_bonds());
   lists.contacts.clear(input.rules.contact_margin(false, input.any_damping),
@@ -63,22 +59,20 @@ namespace {
   /// Where the pairs of a row go, apart from the list: the compiler need not read its pointers again.
   struct Room {
     double *inv_deq, *cutsq;
-    int *j, *law, *record;
+    int *j, *law;
     int n = 0;
 
     explicit Room(PairList &list) :
         inv_deq(list.inv_deq.data() + list.size()), cutsq(list.cutsq.data() + list.size()),
-        j(list.j.data() + list.size()), law(list.law.data() + list.size()),
-        record(list.record.data() + list.size())
+        j(list.j.data() + list.size()), law(list.law.data() + list.size())
     {
     }
-    EVP_INLINE void add(double deq_in, double cutsq_in, int j_in, int law_in, int record_in)
+    EVP_INLINE void add(double deq_in, double cutsq_in, int j_in, int law_in)
     {
       inv_deq[n] = 1.0 / deq_in;
       cutsq[n] = cutsq_in;
       j[n] = j_in;
       law[n] = law_in;
-      record[n] = record_in;
       n++;
     }
   };
@@ -91,16 +85,14 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
   static const BondStore::Bonds none;
   const PairRules rules = input.rules;    // apart from what is written
   const BondStore::Bonds &own_records = input.bonds ? input.bonds->of(i) : none;
-  const Bond *const records = own_records.data();
-  const Range hints = last.rows[i];
-  RecordFinder finder(own_records,
-                      {last.slots.data() + hints.first, last.slots.data() + hints.last});
+  const Bond *const records = own_records.data(), *const records_end = records + own_records.size();
   const int *const neighbors = view.firstneigh[i], nneighbors = view.numneigh[i];
-  int *const slots = now.room(nneighbors + 1);
   const double own_radius = view.radius[i], own_x[3] = {view.x[i][0], view.x[i][1], view.x[i][2]};
   const int first_law = input.coefficients->index(view.type[i], 0);
   const PairLaw *const laws = &input.coefficients->law(0);
-  const PairHistory *const histories = input.bonds ? input.bonds->histories_of(i) : nullptr;
+  // mostly none
+  const bool may_remember =
+      input.bonds && input.bonds->has_history() && !input.bonds->remembered_of(i).empty();
   const bool may_divide = input.within != BodyRule::ALL;
   const bool with_contacts = rules.contact != Contact::NONE;
   const double margin_between_bodies = rules.contact_margin(true, input.any_damping);
@@ -108,14 +100,11 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
   const double closest = std::max(1.0 - rules.overlap, COINCIDENT);
   Room bonds(lists.bonds), contacts(lists.contacts);
 
-  int nfound = 0;
   for (int jj = 0; jj < nneighbors; jj++) {
     if (view.excluded >> (neighbors[jj] >> SBBITS & 3) & 1) continue;
     const int j = neighbors[jj] & NEIGHMASK;
-    const int record = finder.find(view.tag[j]);
-    if (record >= 0) slots[nfound++] = record;
-    const bool broken = record >= 0 && histories && histories[record].broken != 0.0;
-    const bool is_bond = record >= 0 && !broken;
+    const Bond *const bond = BondStore::find(records, records_end, view.tag[j]);
+    const bool is_bond = bond != nullptr;
     if (!is_bond && !with_contacts) continue;
 
     const double dx = own_x[0] - view.x[j][0], dy = own_x[1] - view.x[j][1],
@@ -132,51 +121,34 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
     if (is_bond) {
       // in a box of few cutoffs a neighbor list holds several images of a partner
       if (dsq > dlim * dlim && domain->minimum_image_check(dx, dy, dz)) continue;
-      span = rules.of_bond(records[record].deq, dlim);
-      bonds.add(span.deq, lists.bonds.cutoff_squared(span.cutoff), j, law, record);
+      span = rules.of_bond(bond->deq, dlim);
+      bonds.add(span.deq, lists.bonds.cutoff_squared(span.cutoff), j, law);
       found.bond_sides += j < lists.nreact ? 2 : 1;
     } else {
-      const bool divided = may_divide && !broken && in_different_bodies(atom, input.within, i, j);
+      const Remembered *const kept = may_remember ? input.bonds->find_remembered(i, view.tag[j])
+                                                  : nullptr;
+      const bool apart = kept && kept->kind == Remembered::APART;
+      const bool divided = may_divide && !apart && in_different_bodies(atom, input.within, i, j);
       if (divided) law = input.coefficients->between_bodies(law);
-      span = broken ? rules.of_broken(sum_radii, records[record].deq)
-                    : rules.of_contact(sum_radii, dlim, divided);
+      span = apart ? rules.of_ended(sum_radii, kept->deq)
+                   : rules.of_contact(sum_radii, dlim, divided);
+      if (kept) span.deq = std::min(span.deq, kept->deq);
       contacts.add(span.deq,
                    divided ? cutoff_squared(span.cutoff, margin_between_bodies)
                            : lists.contacts.cutoff_squared(span.cutoff),
-                   j, law, record);
+                   j, law);
     }
     if (!implicit && row.gamma > 0.0) found.damped = true;
 
     if (!(dsq >= closest * sum_radii * (closest * sum_radii)))
-      count_overlap(i, j, dsq, span.deq, laws[law], found.overlaps);
+      count_overlap(i, j, dsq, span.deq, found.overlaps);
   }
-  add_row(input, view, i, lists.bonds, bonds.n);
-  add_row(input, view, i, lists.contacts, contacts.n);
-  slots[nfound] = RecordFinder::NO_SLOT;
-  now.rows[i] = {now.size, now.size + nfound};
-  now.size += nfound + 1;
-}
-
-// of the n pairs behind the last ones of a list, with their history; contacts that have flowed are few
-void PairListBuilder::add_row(const Input &input, const View &view, int i, PairList &list, int n)
-{
-  const size_t first = list.size();
-  list.add_row(i, n);
-  if (!list.stays()) return;
-  for (size_t k = first; k < first + n; k++) {
-    list.set_history(k, {});
-    if (!input.bonds) continue;
-    if (list.are_bonds)
-      list.set_history(k, input.bonds->histories_of(i)[list.record[k]]);
-    else
-      for (const FlowedContact &contact : input.bonds->contacts_of(i))
-        if (contact.partner == view.tag[list.j[k]]) list.set_history(k, contact.history);
-  }
+  lists.bonds.add_row(i, bonds.n);
+  lists.contacts.add_row(i, contacts.n);
 }
 
 // without newton both owners of a pair across MPI ranks hold it; one of them counts it
-void PairListBuilder::count_overlap(int i, int j, double dsq, double deq, const PairLaw &law,
-                                    Overlaps &overlaps) const
+void PairListBuilder::count_overlap(int i, int j, double dsq, double deq, Overlaps &overlaps) const
 {
   const double coincident = COINCIDENT * (atom->radius[i] + atom->radius[j]);
   if (!(dsq > coincident * coincident))
@@ -187,7 +159,7 @@ void PairListBuilder::count_overlap(int i, int j, double dsq, double deq, const 
   if (!force->newton_pair && j >= atom->nlocal && atom->tag[i] > atom->tag[j]) return;
   if (overlaps.count++) return;
   const double d = std::sqrt(dsq);
-  overlaps = {1, atom->tag[i], atom->tag[j], d, deq, law.state(d / deq, {1.0 / deq}).regime};
+  overlaps = {1, atom->tag[i], atom->tag[j], d, deq};
 }
 
 }    // namespace EVP

@@ -39,7 +39,6 @@ class PairListBuilder : protected Pointers {
     bigint count;
     tagint id_i, id_j;
     double d, deq;
-    int regime;
   };
 
   struct Found {
@@ -54,31 +53,10 @@ class PairListBuilder : protected Pointers {
   /// bonded: fix evp/bonds ensures that no two of them are within dlim, and past dlim it is the minimum image.
   Found build(const Input &, PairLists &);
 
-  double memory_usage() const { return bytes_of(last.slots, now.slots, last.rows, now.rows); }
-
  private:
-  struct Range {
-    int first, last;
-  };
-
-  /// Slots of the records found, row by row of the local atoms, NO_SLOT behind each: mostly found there
-  /// again. Atoms without a row share the first.
-  struct Slots {
-    std::vector<int> slots = {RecordFinder::NO_SLOT};
-    std::vector<Range> rows;
-    int size = 0;
-
-    int *room(int n)
-    {
-      if (slots.size() < (size_t) size + n) slots.resize(2 * ((size_t) size + n));
-      return slots.data() + size;
-    }
-  } last, now;
-
   struct View;
   void pack_row(const Input &, const View &, int i, PairLists &, Found &);
-  static void add_row(const Input &, const View &, int i, PairList &, int n);
-  void count_overlap(int i, int j, double dsq, double deq, const PairLaw &, Overlaps &) const;
+  void count_overlap(int i, int j, double dsq, double deq, Overlaps &) const;
 };
 
 }    // namespace EVP

@@ -25,6 +25,7 @@ void PairTypes::begin_run(const BondStore *bonds)
   max_radius.assign(ntypes, 0.0);
   min_radius.assign(ntypes, HUGE_VAL);
   longest_of.assign((size_t) ntypes * ntypes, -1.0);
+  limits.assign(ntypes, Limit());
   for (int i = 0; i < atom->nlocal; i++) {
     double &largest = max_radius[atom->type[i]], &smallest = min_radius[atom->type[i]];
     const double radius = atom->radius[i];
@@ -80,7 +81,7 @@ Row PairTypes::make(int i, int j, bool plastic)
   Row row;
   stop_at_bad_row(i, j, [&] {
     row = coefficients.make_law(i, j);
-    if (plastic) coefficients.law(coefficients.index(i, j)).check_flow();
+    if (plastic && i == j) limits[i] = Limit(row);
   });
   return row;
 }
@@ -153,8 +154,35 @@ std::string PairTypes::find_inactive_kv() const
   return "";
 }
 
-void PairTypes::report()
+// The row of two unlike types says how stiff their bonds are, those of like types how far they hold
+void PairTypes::report_unlike_types()
 {
+  std::string line;
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i + 1; j <= atom->ntypes; j++) {
+      if (!handles(i, j)) continue;
+      if (!handles(i, i) && !handles(j, j))
+        error->all(FLERR,
+                   "Pair evp/lj: with plasticity a bond of types {} and {} holds as the weaker of "
+                   "its spheres, by the rows of like types: give 'pair_coeff {} {}' a row",
+                   i, j, i, i);
+      const Row row = coefficients.row(i, j);
+      const auto has = [&](int type) {
+        const Row own = coefficients.row(type, type);
+        return !handles(type, type) || (own.xi_s == row.xi_s && own.flow == row.flow);
+      };
+      if (!has(i) || !has(j)) line += fmt::format("{}{} {}", line.empty() ? "" : ", ", i, j);
+    }
+  if (line == std::exchange(last_flow_report, line) || line.empty() || comm->me) return;
+  utils::logmesg(lmp,
+                 "pair evp/lj: with plasticity xi_s and flow of the rows of types {} are not used: "
+                 "a bond holds as the weaker of its spheres, by the rows of like types\n",
+                 line);
+}
+
+void PairTypes::report(bool plastic)
+{
+  if (plastic) report_unlike_types();
   const std::string warning = find_inactive_kv();
   if (warning != std::exchange(last_kv_warning, warning) && !warning.empty() && comm->me == 0)
     error->warning(FLERR, warning);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/coefficients.h"
+#include "core/limit.h"
 #include "volume_forces.h"
 
 #include <algorithm>
@@ -21,8 +22,12 @@ class PairTypes : protected Pointers {
   /// handled yet.
   void begin_run(const BondStore *bonds);
 
-  /// Makes both laws of two types and returns the row that they are of. plastic: it must be able to flow.
+  /// Makes both laws of two types and returns the row that they are of. plastic: the row of like types says how far the
+  /// bonds of their spheres hold.
   Row make(int i, int j, bool plastic);
+
+  /// With plasticity, of the spheres of a type. A type without a row of its own leaves it to its partners.
+  const Limit &limit(int type) const { return limits[type]; }
 
   /// Returns the cutoff of a pair of types. Called at set-up, and again by fix adapt.
   double handle(int i, int j, double alpha);
@@ -42,8 +47,8 @@ class PairTypes : protected Pointers {
   /// At a packing: the bonds were recorded, or went, after the laws were made.
   void rescale_if_measures_changed(const BondStore *bonds, bool plastic);
 
-  /// At the set-up of a run. Warns where a row has a volume energy and there is no fix evp/volume. Again only when it changes.
-  void report();
+  /// At the set-up of a run, again only when it changes. Warns where a row has a volume energy and there is no fix evp/volume.
+  void report(bool plastic);
 
   /// Collective. Stops where these bonds join types that had none when they were measured: types may have been set since.
   void check(const PairList &, const VolumeForces *) const;
@@ -52,7 +57,8 @@ class PairTypes : protected Pointers {
   Coefficients &coefficients;
   std::vector<double> max_radius, min_radius;    // per type
   std::vector<double> longest_of;                // [type][type], below 0 where not handled
-  std::string last_report, last_kv_warning;
+  std::vector<Limit> limits;                     // per type
+  std::string last_report, last_kv_warning, last_flow_report;
 
   bool has_types() const { return !longest_of.empty(); }
   size_t index(int i, int j) const { return std::min(i, j) * max_radius.size() + std::max(i, j); }
@@ -62,6 +68,7 @@ class PairTypes : protected Pointers {
   std::string describe() const;
   std::string describe(int i, int j, bool with_kv) const;
   std::string find_inactive_kv() const;
+  void report_unlike_types();
 };
 
 /// Collective. The row that the words of a command give: FILE:ROW, or FILE and ROW, of a potential file, which is

@@ -75,7 +75,7 @@ void StableTimesteps::take_pairs(const PairData &pair_data)
   linear.volume_stiffness.clear();
   linear.links.reserve(pair_data.packed_pairs().size());
   for_each_pair(pair_data.packed_pairs(), scene::rows(atom->x), [&](const PlacedPair &p) {
-    if ((!linear.is_free(p.i) && !linear.is_free(p.j)) || p.is_past_cutoff()) return;
+    if ((!linear.is_free(p.i) && !linear.is_free(p.j)) || !p.acts()) return;
     const PairLaw &law = pair_data.law_of(p);
     // never below the stiffness where either regime begins: a pair may be back in the first regime, or in a stiffer
     // second one, within a step
@@ -200,7 +200,7 @@ double StableTimesteps::paper_dt(const PairData &pair_data) const
 {
   double shortest = NO_LIMIT;
   for_each_pair(pair_data.packed_pairs(), scene::rows(atom->x), [&](const PlacedPair &p) {
-    if ((!linear.is_free(p.i) && !linear.is_free(p.j)) || p.is_past_cutoff()) return;
+    if ((!linear.is_free(p.i) && !linear.is_free(p.j)) || !p.acts()) return;
     const double sum_radii = atom->radius[p.i] + atom->radius[p.j];
     const double k = pair_data.law_of(p).first_stiffness(0.7, sum_radii);
     const double w =

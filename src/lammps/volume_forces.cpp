@@ -17,11 +17,9 @@
 namespace EVP {
 
 VolumeForces::VolumeForces(LAMMPS *lmp, const std::string &who_in, int groupbit_in,
-                           const std::vector<double> &kv_in, std::vector<Record> &records_in,
-                           PerAtomComm &exchange_in) :
+                           const std::vector<double> &kv_in, PerAtomComm &exchange_in) :
     Pointers(lmp),
-    who(who_in), groupbit(groupbit_in), from_rows(kv_in.empty()), kv(kv_in), records(records_in),
-    exchange(exchange_in)
+    who(who_in), groupbit(groupbit_in), from_rows(kv_in.empty()), kv(kv_in), exchange(exchange_in)
 {
   if (from_rows) kv.assign(lmp->atom->ntypes + 1, 0.0);
 }
@@ -32,29 +30,27 @@ std::shared_ptr<VolumeForces> VolumeForces::find(const Modify *modify)
   return forces && forces->acts() ? forces : nullptr;
 }
 
-void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, const BondStore &store,
-                        const Coefficients &coefficients, const PairRules &rules)
+void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, BondStore &store_in,
+                        const Coefficients &coefficients, const PairRules &rules,
+                        const EndingBonds &ending_in)
 {
-  within = store.within;
-  zone = store.zone;
-  bonds_break = rules.breaks();
+  store = &store_in;
+  ending = rules.breaks() ? &ending_in : nullptr;
+  end_at_dlim = rules.plastic;
   leaving.clear();
   far.clear();
-  const double reaches_now = sum_of_reaches(coefficients);
-  const bool is_new = store.version() != version || reaches_now != reaches;
-  reaches = reaches_now;
-  version = store.version();
-  // the records may have come with a restart file, or the store may be another of the same bonds
-  const bool takes = is_new && !on_all(are_of(store), world);
-  if (const bigint now = sum_of_partners(store); std::exchange(partners, now) != now || takes) {
-    const std::vector<NeighborDensity> rest = at_rest(store, coefficients, false);
-    if (takes) take_records(store, rest, at_rest(store, coefficients, true));
-    for (int i = 0; i < atom->nlocal; i++) lose_partners(records[i], rest[i]);
+  const double reaches = sum_of_reaches(coefficients);
+  const bool takes = store->reaches != reaches;
+  if (const bigint now = sum_of_partners(); std::exchange(partners, now) != now || takes) {
+    const std::vector<NeighborDensity> rest = at_rest(coefficients);
+    if (takes) take_references(rest);
+    store->reaches = reaches;
+    for (int i = 0; i < atom->nlocal; i++) lose_partners(store->volume(i), rest[i]);
   }
 
   has_bonds.assign(VolumePasses::WIDTH * (size_t) lists.nall, 0.0);
   for (int i = 0; i < lists.nlocal; i++)
-    has_bonds[VolumePasses::WIDTH * (size_t) i] = has_strain(i);
+    has_bonds[VolumePasses::WIDTH * (size_t) i] = store->volume(i).reference.own.slope > 0.0;
   exchange.forward_comm(has_bonds);
 
   lists.bonds.inv_dlim.resize(lists.bonds.size());
@@ -76,17 +72,13 @@ void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, const Bond
       if (bonded_to[j] == i || scene::is_excluded(lmp->force, neighbors->firstneigh[i][jj]))
         continue;
       const double end = dlim(coefficients, i, j, false);
-      if (end > 0.0) lists.fresh.set(lists.fresh.size() + n++, j, end);
+      if (end > 0.0) lists.fresh.set(lists.fresh.size() + n++, j, end, end);
     }
     lists.fresh.add_row(i, n);
   }
 
   const double now = neighbor->nex_type + neighbor->nex_group + neighbor->nex_mol;
-  bool fewer = false;
-  if (std::exchange(exclusions, now) != now) {
-    for (int i = 0; i < atom->nlocal; i++) fewer = fewer || records[i].exclusions > now;
-    fewer = on_any(fewer, world);
-  }
+  const bool fewer = std::exchange(store->exclusions, now) > now;
   if (takes || fewer) fill_gaps(lists, takes);
 }
 
@@ -97,8 +89,7 @@ void VolumeForces::fill_gaps(const PairLists &lists, bool at_rest_only)
   constexpr double AT_REST = 1e-6;
   evaluate(lists);
   for (int i = 0; i < lists.nlocal; i++) {
-    VolumeReference &own = records[i].reference;
-    records[i].exclusions = exclusions;
+    VolumeReference &own = store->volume(i).reference;
     const DensityNow now = density(i);
     const double denser = now.bonded - own.own.rho;
     if (now.fresh == 0.0 || (at_rest_only && std::fabs(denser) > AT_REST * own.own.rho)) continue;
@@ -109,7 +100,7 @@ void VolumeForces::fill_gaps(const PairLists &lists, bool at_rest_only)
 
 // The bonds of an atom that are left after partners were deleted, or got another pair style: the reference loses their
 // shares at deq, and is that of the bonds which are left where nothing else has changed it
-void VolumeForces::lose_partners(Record &record, const NeighborDensity &left)
+void VolumeForces::lose_partners(VolumeRecord &record, const NeighborDensity &left)
 {
   constexpr double ROUND_OFF = 1e-12;
   VolumeReference &reference = record.reference;
@@ -126,65 +117,49 @@ void VolumeForces::pair_leaves(PairLists &lists, int i, int j, double dlim) cons
 {
   if (!(dlim > 0.0)) return;
   demand_room(lists.fresh, 1, error);
-  lists.fresh.set(lists.fresh.size(), j, dlim);
+  lists.fresh.set(lists.fresh.size(), j, dlim, dlim);
   lists.fresh.add_row(i, 1);
 }
 
-void VolumeForces::far_bond_leaves(int i, double deq, double alpha, double partner_radius)
-{
-  far.push_back({i, {}});
-  far.back().at_rest.add(deq, reach(alpha) * (atom->radius[i] + partner_radius));
-}
-
-// Collective. Bonds past their cutoff break at the end of the step. They count as new pairs at once, so that the next set-up
-// finds the same forces
-void VolumeForces::find_leaving(const PairLists &lists)
+// Collective. Bonds that end at the end of the step count as new pairs at once, so that the next set-up finds the same
+// forces; those past their dlim have no share any more
+void VolumeForces::find_leaving(const PairLists &lists, const std::vector<int> &ended)
 {
   leaving.clear();
-  if (!on_any(!past.empty() || !far.empty(), world)) return;
-  // per atom: density now and at rest; slope at rest and the number of bonds
-  std::array<Values, 2> shares = {Values(densities.size(), 0.0), Values(densities.size(), 0.0)};
-  const auto add = [&](int i, const NeighborDensity &now, const NeighborDensity &at_rest) {
-    shares[0][2 * (size_t) i] += now.rho;
-    shares[0][2 * (size_t) i + 1] += at_rest.rho;
-    shares[1][2 * (size_t) i] += at_rest.slope;
-    shares[1][2 * (size_t) i + 1] += 1.0;
+  if (!on_any(!ended.empty() || !far.empty(), world)) return;
+  Values shares(densities.size(), 0.0);    // per atom: density now, number of bonds
+  const auto add = [&shares](int i, double share) {
+    shares[2 * (size_t) i] += share;
+    shares[2 * (size_t) i + 1] += 1.0;
   };
-  for (const FarBond &bond : far) add(bond.i, {}, bond.at_rest);
-  for (const int k : past) {
+  for (const int i : far) add(i, 0.0);
+  for (const int k : ended) {
     const int i = lists.bonds.owner_of(k), j = lists.bonds.j[k];
     const double dlim = 1.0 / lists.bonds.inv_dlim[k];
-    if (!(dlim > 0.0)) continue;
-    NeighborDensity now{}, at_rest{};
-    now.add(std::sqrt(PairGeometry(scene::rows(atom->x), i, j).dsq), dlim);
-    at_rest.add(1.0 / lists.bonds.inv_deq[k], dlim);
-    add(i, now, at_rest);
-    if (j < lists.nreact) add(j, now, at_rest);
+    const double d = std::sqrt(PairGeometry(scene::rows(atom->x), i, j).dsq);
+    if (!(dlim > 0.0) || (end_at_dlim && !(d < dlim))) continue;
+    NeighborDensity now{};
+    now.add(d, dlim);
+    add(i, now.rho);
+    if (j < lists.nreact) add(j, now.rho);
     demand_room(active, 1, error);
-    active.set(active.size(), j, dlim);
+    active.set(active.size(), j, dlim, dlim);
     active.add_row(i, 1);
   }
-  for (Values &values : shares) exchange.reverse_comm(values);
+  exchange.reverse_comm(shares);
 
   for (int i = 0; i < lists.nlocal; i++) {
-    const double *const density_of = &shares[0][2 * (size_t) i],
-                        *const rest_of = &shares[1][2 * (size_t) i];
-    if (rest_of[1] == 0.0 || !has_strain(i)) continue;
-    const Record &own = records[i];
-    leaving.push_back({i,
-                       VolumeLaw::without(own.reference, density(i), density_of[0]),
-                       {own.at_rest.rho - density_of[1], own.at_rest.slope - rest_of[0]}});
-    densities[2 * (size_t) i] -= density_of[0];
-    densities[2 * (size_t) i + 1] += density_of[0];
+    const double *const share = &shares[2 * (size_t) i];
+    if (share[1] == 0.0 || !has_strain(i)) continue;
+    leaving.push_back({i, VolumeLaw::without(reference(i), density(i), share[0])});
+    densities[2 * (size_t) i] -= share[0];
+    densities[2 * (size_t) i + 1] += share[0];
   }
 }
 
 void VolumeForces::commit()
 {
-  for (const Leaving &now : leaving) {
-    records[now.i].reference = now.reference;
-    records[now.i].at_rest = now.at_rest;
-  }
+  for (const Leaving &now : leaving) store->volume(now.i).reference = now.reference;
   leaving.clear();
   far.clear();
 }
@@ -198,7 +173,7 @@ const VolumeReference &VolumeForces::reference(int i) const
         });
     if (at != leaving.end() && at->i == i) return at->reference;
   }
-  return records[i].reference;
+  return store->volume(i).reference;
 }
 
 // 0 of no pair, which a pair of another style is
@@ -218,27 +193,12 @@ double VolumeForces::sum_of_reaches(const Coefficients &coefficients) const
   return sum;
 }
 
-static double sum_of_deq(const BondStore::Bonds &bonds)
-{
-  double sum = 0.0;
-  for (const Bond &bond : bonds) sum += bond.deq;
-  return sum;
-}
-
-bool VolumeForces::are_of(const BondStore &store) const
-{
-  for (int i = 0; i < atom->nlocal; i++)
-    if (records[i].sum_deq != sum_of_deq(store.of(i)) || records[i].reaches != reaches)
-      return false;
-  return true;
-}
-
 // Collective. Of the atoms with bonds and their types, whatever the order of atoms and the number of MPI ranks
-bigint VolumeForces::sum_of_partners(const BondStore &store) const
+bigint VolumeForces::sum_of_partners() const
 {
   uint64_t sum = 0;
   for (int i = 0; i < atom->nlocal; i++)
-    if (!store.of(i).empty())
+    if (!store->of(i).empty())
       sum += (((uint64_t) atom->tag[i] * 0x9E3779B97F4A7C15ULL) ^
               (0xD6E8FEB86659FD93ULL * (uint64_t) atom->type[i])) >>
           28;    // the sum of 2^27 atoms does not overflow
@@ -247,66 +207,70 @@ bigint VolumeForces::sum_of_partners(const BondStore &store) const
 
 // Collective. The densities of the bonds of each atom at their deq, but for those whose partner, on any MPI rank, is gone or
 // has another pair style
-std::vector<NeighborDensity> VolumeForces::at_rest(const BondStore &store,
-                                                   const Coefficients &coefficients,
-                                                   bool with_broken) const
+std::vector<NeighborDensity> VolumeForces::at_rest(const Coefficients &coefficients) const
 {
   std::vector<tagint> partners;
   for (int i = 0; i < atom->nlocal; i++)
-    for (const Bond &bond : store.of(i)) partners.push_back((tagint) bond.partner);
+    for (const Bond &bond : store->of(i)) partners.push_back((tagint) bond.partner);
   const AtomDirectory directory(lmp, partners);
 
   std::vector<NeighborDensity> sums(atom->nlocal, NeighborDensity{});
   for (int i = 0; i < atom->nlocal; i++)
-    for (size_t slot = 0; slot < store.of(i).size(); slot++) {
-      const Bond &bond = store.of(i)[slot];
+    for (const Bond &bond : store->of(i)) {
       const AtomDirectory::Entry &partner = directory.entries.at((tagint) bond.partner);
-      if (partner.type == 0 || (!with_broken && store.is_broken(i, (int) slot))) continue;
+      if (partner.type == 0) continue;
       const double alpha = coefficients.row(atom->type[i], partner.type).alpha;
       if (alpha > 0.0) sums[i].add(bond.deq, reach(alpha) * (atom->radius[i] + partner.radius));
     }
   return sums;
 }
 
-// Where bonds have broken the bond file says what the references were; a fix that is new takes them for what they are at deq
-void VolumeForces::take_records(const BondStore &store,
-                                const std::vector<NeighborDensity> &unbroken,
-                                const std::vector<NeighborDensity> &all)
+// Where bonds have flowed or ended the bond file says what the references were; a fix that is new takes them for what they
+// are at the deq of now
+void VolumeForces::take_references(const std::vector<NeighborDensity> &rest)
 {
-  std::vector<Record> taken(records.size(), Record{});
-  for (int i = 0; i < atom->nlocal; i++) {
-    taken[i].sum_deq = sum_of_deq(store.of(i));
-    taken[i].reaches = reaches;
-    taken[i].at_rest = unbroken[i];
-    taken[i].reference.own = all[i];
-  }
-  take_gaps(taken);
   std::vector<char> is_known(atom->nlocal, 0);
-  for (const auto &one : store.densities_at_rest) is_known[one.i] = 1;
   bigint unknown = 0;
-  for (int i = 0; i < atom->nlocal; i++)
-    for (size_t slot = 0; slot < store.of(i).size(); slot++)
-      if (store.is_broken(i, (int) slot)) {
-        VolumeReference &own = taken[i].reference;
-        own = {{unbroken[i].rho, own.own.slope}, own.gap + own.own.rho - unbroken[i].rho, 1.0};
-        unknown += !is_known[i];
-        break;
-      }
-  for (const auto &[i, rho, gap] : store.densities_at_rest)
-    taken[i].reference = {{rho, taken[i].reference.own.slope}, gap, 1.0};
-  records.swap(taken);
+  for (int i = 0; i < atom->nlocal; i++) {
+    VolumeRecord &own = store->volume(i);
+    own.at_rest = rest[i];
+    is_known[i] = store->reaches == 0.0 && own.reference.own.slope > 0.0;    // by a bond file
+    if (is_known[i]) continue;
+    own.reference = {rest[i], 0.0, 0.0};
+    unknown += store->has_history() && !store->sphere(i).is_new(store->of(i).size());
+  }
+  take_gaps(is_known);
   unknown = reduce_all(unknown, MPI_SUM, world);
   if (unknown > 0 && comm->me == 0)
     error->warning(FLERR,
-                   "{}: the densities at rest of {} atoms whose bonds have broken are not known, "
-                   "and are taken from the bonds that are left: define the fix before the first "
+                   "{}: the densities at rest of {} atoms whose bonds have flowed or ended are not "
+                   "known, and are taken from the bonds of now: define the fix before the first "
                    "run, and right after read_restart",
                    who, unknown);
 }
 
+void VolumeForces::note_bonds_at_rest(const PairLists &lists)
+{
+  Values sums((size_t) VolumePasses::WIDTH * lists.nall, 0.0);
+  EVP::for_each_pair(lists.bonds, scene::rows(atom->x), [&](const PlacedPair &p) {
+    const double inv_dlim = lists.bonds.inv_dlim[p.index];
+    if (!(inv_dlim < HUGE_VAL)) return;    // of a pair of another style
+    NeighborDensity share{};
+    share.add(1.0 / p.inv_deq, 1.0 / inv_dlim);
+    for (const int i : {p.i, p.j}) {
+      if (i == p.j && p.j >= lists.nreact) continue;
+      sums[2 * (size_t) i] += share.rho;
+      sums[2 * (size_t) i + 1] += share.slope;
+    }
+  });
+  exchange.reverse_comm(sums);
+  for (int i = 0; i < lists.nlocal; i++)
+    store->volume(i).at_rest = {sums[2 * (size_t) i], sums[2 * (size_t) i + 1]};
+}
+
 // Collective. The gap of each atom to the mean of its type, of those that are not at a surface: these have a slope far below
 // the mean, which that of all atoms begins.
-void VolumeForces::take_gaps(std::vector<Record> &taken) const
+void VolumeForces::take_gaps(const std::vector<char> &is_known)
 {
   constexpr int ROUNDS = 5, WIDTH = 3;
   constexpr double SURFACE = 0.85;
@@ -314,7 +278,7 @@ void VolumeForces::take_gaps(std::vector<Record> &taken) const
   for (int round = 0; round < ROUNDS; round++) {
     std::vector<double> sums(WIDTH * mean.size(), 0.0);
     for (int i = 0; i < atom->nlocal; i++) {
-      const NeighborDensity &own = taken[i].reference.own;
+      const NeighborDensity &own = store->volume(i).at_rest;
       if (own.slope == 0.0 || own.slope < SURFACE * mean[atom->type[i]].slope) continue;
       double *const sum = &sums[WIDTH * (size_t) atom->type[i]];
       sum[0] += 1.0;
@@ -327,27 +291,32 @@ void VolumeForces::take_gaps(std::vector<Record> &taken) const
         mean[type] = {sum[1] / sum[0], sum[2] / sum[0]};
   }
   for (int i = 0; i < atom->nlocal; i++) {
-    VolumeReference &reference = taken[i].reference;
-    reference.gap = std::max(0.0, mean[atom->type[i]].rho - reference.own.rho);
+    VolumeReference &own = store->volume(i).reference;
+    if (!is_known[i]) own.gap = std::max(0.0, mean[atom->type[i]].rho - own.own.rho);
   }
 }
 
 void VolumeForces::evaluate(const PairLists &lists, const ParticleView &view)
 {
   densities.assign(VolumePasses::WIDTH * (size_t) lists.nall, 0.0);
-  past.clear();
+  EndingBonds ends;
+  if (ending) {
+    ends.strains = ending->strains;
+    ends.failure = ending->failure;
+  }
   VolumePasses::add_densities(lists.bonds, lists.bonds.inv_dlim, view, densities.data(),
-                              bonds_break ? &past : nullptr);
+                              ending ? &ends : nullptr);
   VolumePasses::find_active(lists.fresh, view, active);
   VolumePasses::add_densities(active, active.inv_deq, view, densities.data() + 1);
   exchange.reverse_comm(densities);
-  if (bonds_break) find_leaving(lists);
+  if (ending) find_leaving(lists, ends.found);
 
   pulls.resize(densities.size());
+  strains.resize(lists.nlocal);
   energy_here = 0.0;
   for (int i = 0; i < lists.nlocal; i++) {
     const VolumeState now = state(i);
-    records[i].strain = now.strain;
+    strains[i] = now.strain;
     pulls[2 * (size_t) i] = now.bonded;
     pulls[2 * (size_t) i + 1] = now.fresh;
     energy_here += now.energy;
@@ -357,12 +326,9 @@ void VolumeForces::evaluate(const PairLists &lists, const ParticleView &view)
 
 void VolumeForces::evaluate_aside(const PairLists &lists)
 {
-  const auto kept = std::make_pair(leaving, energy_here);
-  std::vector<double> strains(lists.nlocal);
-  for (int i = 0; i < lists.nlocal; i++) strains[i] = records[i].strain;
+  const auto kept = std::make_tuple(leaving, energy_here, strains);
   evaluate(lists);
-  std::tie(leaving, energy_here) = kept;
-  for (int i = 0; i < lists.nlocal; i++) records[i].strain = strains[i];
+  std::tie(leaving, energy_here, strains) = kept;
 }
 
 }    // namespace EVP

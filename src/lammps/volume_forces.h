@@ -21,25 +21,14 @@ namespace EVP {
 /// The volume energy of fix evp/volume on this MPI rank, which the pair style adds to its forces.
 class VolumeForces : protected Pointers {
  public:
-  /// What goes with an atom, into restart files too but for the strain. All 0 where it has no bond.
-  struct Record {
-    VolumeReference
-        reference;              ///< as of when the bonds were first seen, less those that have left
-    NeighborDensity at_rest;    ///< of the bonds that have not, at their deq
-    double sum_deq;       ///< of all bonds [length]: tells whether they are those of the store
-    double reaches;       ///< see sum_of_reaches(): tells whether alpha and zone are the same
-    double exclusions;    ///< of neigh_modify, when the gap was taken
-    double strain;        ///< as of the last evaluate()
-  };
-
   using Values = PerAtomComm::Values;
 
   VolumeLaw law;
 
   /// kv: by atom type, from 1 [energy], or empty: those of the rows of the pair style, by set_kv().
-  /// Records and exchange of VolumePasses::WIDTH values per atom are those of the fix.
+  /// The exchange of VolumePasses::WIDTH values per atom is that of the fix.
   VolumeForces(LAMMPS *, const std::string &who, int groupbit, const std::vector<double> &kv,
-               std::vector<Record> &records, PerAtomComm &);
+               PerAtomComm &);
 
   /// Of the fix there is, nullptr without, and where it has nothing to do.
   static std::shared_ptr<VolumeForces> find(const Modify *);
@@ -63,9 +52,9 @@ class VolumeForces : protected Pointers {
 
   // what the pairs call
 
-  /// Collective. Takes the pairs of a neighbor list, and the references of new bonds.
-  void pack(const NeighList *, PairLists &, const BondStore &, const Coefficients &,
-            const PairRules &);
+  /// Collective. Takes the pairs of a neighbor list, and the references of new bonds. ending: which bonds end.
+  void pack(const NeighList *, PairLists &, BondStore &, const Coefficients &, const PairRules &,
+            const EndingBonds &ending);
 
   /// Collective. Strains and energies at the present positions.
   void evaluate(const PairLists &, const ParticleView &);
@@ -81,19 +70,21 @@ class VolumeForces : protected Pointers {
   /// forces.
   void evaluate_aside(const PairLists &);
 
-  /// A bond of own atom i that is past the end of the neighbor list breaks at the end of the step. Void with the next pack().
-  void far_bond_leaves(int i, double deq, double alpha, double partner_radius);
+  /// A bond of eq. 8 of own atom i that is past the end of the neighbor list breaks at the end of the step. Void with the
+  /// next pack().
+  void far_bond_leaves(int i) { far.push_back(i); }
 
   /// At the end of a step: the references lose the bonds that break, as evaluate() has found them.
   void commit();
 
-  /// After evaluate(), see VolumePasses: what adds the forces of bonds to those that they have, and those of all
-  /// other pairs.
-  template <class Tally>
-  static VolumePasses::WithVolume<Tally> with_volume(const VolumeForces *forces,
-                                                     const PairList &list, Tally &tally)
+  /// Collective, before the records are told where deq of these bonds has moved, and which have ended.
+  void note_bonds_at_rest(const PairLists &);
+
+  /// After evaluate(): what adds the forces of bonds to those that they have, and those of all other pairs.
+  static VolumePasses::Forces of_list(const VolumeForces *forces, const PairList &list)
   {
-    return {list.inv_dlim, forces && list.are_bonds ? forces->pulls.data() : nullptr, tally};
+    if (!forces || !list.are_bonds) return {};
+    return {&list.inv_dlim, forces->pulls.data()};
   }
   template <class Tally> void add_forces(const ParticleView &view, Tally &&tally) const
   {
@@ -121,19 +112,19 @@ class VolumeForces : protected Pointers {
   }
 
   /// Volume strain and energy of a local atom, energy of all of them.
-  double strain(int i) const { return records[i].strain; }
-  bool has_strain(int i) const { return records[i].reference.own.slope > 0.0; }
+  double strain(int i) const { return i < (int) strains.size() ? strains[i] : 0.0; }
+  bool has_strain(int i) const
+  {
+    return 2 * (size_t) i < has_bonds.size() && has_bonds[2 * (size_t) i] != 0.0;
+  }
   double energy(int i) const { return state(i).energy; }
   double energy() const { return energy_here; }
-
-  /// Of a local atom, as of the last commit().
-  const VolumeReference &kept_reference(int i) const { return records[i].reference; }
 
   VolumeStiffness stiffness(int i) const { return state(i).stiffness; }
 
   double memory_usage() const
   {
-    return active.memory_usage() + bytes_of(densities, pulls, has_bonds, past, far, leaving);
+    return active.memory_usage() + bytes_of(densities, pulls, has_bonds, strains, far, leaving);
   }
 
  private:
@@ -141,38 +132,30 @@ class VolumeForces : protected Pointers {
   const int groupbit;
   const bool from_rows;
   std::vector<double> kv;
-  std::vector<Record> &records;
   PerAtomComm &exchange;
+  BondStore *store = nullptr;    // of the last pack(), in the run and as long as its lists hold
 
   PairList active = PairList(false);    // fresh pairs within their dlim at the last evaluate()
-  long version = -1;                    // of the store whose bonds the records are of
-  double reaches = 0.0;
-  bigint partners = -1;      // sum over the atoms with bonds, which tells whether they are the same
-  double exclusions = -1;    // of neigh_modify
-  BodyRule within = BodyRule::ALL;
-  double zone = 0.0;                     // of the store
+  bigint partners = -1;    // sum over the atoms with bonds, which tells whether they are the same
   Values densities, pulls, has_bonds;    // of all atoms and ghosts
+  std::vector<double> strains;           // of own atoms
   double energy_here = 0.0;
 
-  struct FarBond {
-    int i;
-    NeighborDensity at_rest;
-  };
-  /// What an own atom keeps of its references once bonds have broken.
+  /// What an own atom keeps of its reference once bonds have broken.
   struct Leaving {
     int i;
     VolumeReference reference;
-    NeighborDensity at_rest;
   };
-  bool bonds_break = false;
-  std::vector<int> past;       // bonds past their cutoff at the last evaluate(), where bonds break
-  std::vector<FarBond> far;    // that break at the end of the step
+  const EndingBonds *ending = nullptr;    // of the pairs; nullptr where none ends before its dlim
+  bool end_at_dlim = false;        // then a bond leaves without a share, and no rule is needed
+  std::vector<int> far;            // atoms with a bond that breaks at the end of the step
   std::vector<Leaving> leaving;    // as of the last evaluate(), by i
 
   // what evaluate() found last
   void forget()
   {
-    for (Record &record : records) record.strain = 0.0;
+    strains.clear();
+    has_bonds.clear();
     energy_here = 0.0;
   }
 
@@ -192,21 +175,21 @@ class VolumeForces : protected Pointers {
   bool are_pair(int i, int j, bool is_bond) const
   {
     return has_bonds[2 * (size_t) i] && has_bonds[2 * (size_t) j] &&
-        (is_bond || !in_different_bodies(atom, within, i, j));
+        (is_bond || !in_different_bodies(atom, store->within, i, j));
   }
   // pairs that no zone recorded count as little as the bonds that are not there
-  double reach(double alpha) const { return zone > 0.0 ? std::min(zone, alpha) : alpha; }
+  double reach(double alpha) const
+  {
+    return store->zone > 0.0 ? std::min(store->zone, alpha) : alpha;
+  }
   double dlim(const Coefficients &, int i, int j, bool is_bond) const;
-  void take_records(const BondStore &, const std::vector<NeighborDensity> &unbroken,
-                    const std::vector<NeighborDensity> &all);
-  void take_gaps(std::vector<Record> &) const;
+  void take_references(const std::vector<NeighborDensity> &rest);
+  void take_gaps(const std::vector<char> &is_known);
   void fill_gaps(const PairLists &, bool at_rest_only);
-  static void lose_partners(Record &, const NeighborDensity &left);
-  void find_leaving(const PairLists &);
-  std::vector<NeighborDensity> at_rest(const BondStore &, const Coefficients &,
-                                       bool with_broken) const;
-  bigint sum_of_partners(const BondStore &) const;
-  bool are_of(const BondStore &) const;
+  static void lose_partners(VolumeRecord &, const NeighborDensity &left);
+  void find_leaving(const PairLists &, const std::vector<int> &ended);
+  std::vector<NeighborDensity> at_rest(const Coefficients &) const;
+  bigint sum_of_partners() const;
   double sum_of_reaches(const Coefficients &) const;
 };
 

@@ -26,14 +26,14 @@ RESPA = "run_style respa 2 2"
 NVE = "fix move all nve\n"
 SECOND = "can be one sub-style of pair_style hybrid only"
 NEEDS = "needs fix evp/bonds, which stores the history of the bonds"
-STIFFER = "plasticity isotropic needs a second regime less stiff than the first"
+STIFFER = "plasticity isotropic needs a 'flow' table, or a second regime less stiff than the first"
 
 # ---- files that the scenes read
 
 HEAD = b"# DATE: 2026-01-01 UNITS: si CITATION: none\n"
 ROWS = HEAD + f"a {ROW}\nb 50 6 3 5 8 4 0.01 0 1.4 spacing 0.009 coordination 12\n".encode()
 GARBAGE = random.Random(20170515).randbytes(4000)
-WHOLE = "1 2 0.0101 0 0 0 0"
+WHOLE, SPHERE = "1 2 0.0101", "sphere {} 0.1 0.5 0 5 5 0 0 0 0"
 
 
 def bonds(*lines, count=None, header=""):
@@ -48,9 +48,10 @@ FILES = {
     "empty.bonds": b"", "garbage.bonds": GARBAGE, "wide.bonds": bonds("1 " * 1_000_000), "negative.bonds": bonds("1 2 -0.0101"),
     "self.bonds": bonds("2 2 0.0101"), "unknown.bonds": bonds("1 13 0.0101"), "wraps.bonds": bonds("1 4294967298 0.0101"),
     "turned.bonds": bonds("1 2 0.0101", "2 1 0.0102"), "late.bonds": bonds("1 2 0.0101", *LATE, "1 2 0.0101", count=2), "group.bonds": bonds("1 2 0.0101", "3 4 0.0101"),
-    "contact.bonds": bonds("1 13 0.01 -1e-5 0 1 2"),
-    "flowed.bonds": bonds("1 2 0.0101 1e-5 0 1 0"), "hardened.bonds": bonds("1 2 0.0101 0 0.1 1 0"), "pushed.bonds": bonds("1 2 0.01 -1e-5 0 1 2"),
-    "work.bonds": bonds("1 2 0.0101 0 0 1 0"), "broken.bonds": bonds("1 2 0.0101 0 0 0 1"), "one.bonds": bonds("1 2 0.0101"), "three.bonds": bonds("3 4 0.0101"),
+    "contact.bonds": bonds("contact 1 13 0.01", count=0, header=" CONTACTS: 1"), "older.bonds": bonds("1 2 0.0101 0 0 0 0"),
+    "flowed.bonds": bonds(WHOLE, SPHERE.format(1), count=1, header=" SPHERES: 1"), "pushed.bonds": bonds("contact 1 2 0.0099", count=0, header=" CONTACTS: 1"),
+    "sphere.bonds": bonds(SPHERE.format(13), count=0, header=" SPHERES: 1"), "spheres.bonds": bonds(SPHERE.format(1), SPHERE.format(1), count=0, header=" SPHERES: 2"),
+    "broken.bonds": bonds("apart 1 2 0.01", count=0, header=" CONTACTS: 1 ENDED: 1"), "one.bonds": bonds("1 2 0.0101"), "three.bonds": bonds("3 4 0.0101"),
     "type.bonds": bonds("1 2 0.0101", header=" WITHIN: type"), "molecule.bonds": bonds("1 2 0.0101", header=" WITHIN: molecule"),
     "body.bonds": bonds("1 2 0.0101", header=" WITHIN: body"),
 }
@@ -64,7 +65,7 @@ WORDS = {
         ("overlap nan", f"Pair style evp/lj: overlap {NUMBER} 'nan'"), ("overlap 0", "overlap must lie in (0, 1]"), ("overlap 1.1", "overlap must lie in (0, 1]"),
         ("overlap 0.3 0.4", "unknown keyword '0.4'"), ("unload elastic", "plasticity isotropic"), ("plasticity", "keyword plasticity needs a value"),
         ("plasticity plastic", "plasticity must be none"), ("plasticity isotropic", "contact literal"), ("break", "keyword break needs a value"),
-        *((f"break {word}", "break must be none or a positive strain of a bond, at which it breaks permanently") for word in ("0", "-1", "-0.0")),
+        *((f"break {word}", "break must be none or a positive strain, at which bonds break for good: of a bond, or with plasticity the plastic strain") for word in ("0", "-1", "-0.0")),
         ("break 5%", f"break {NUMBER} '5%'"), ("break None", f"break {NUMBER} 'None'")]),
     "pair_coeff {}": ("coeff", [
         ("* *", "Pair evp/lj: expected 9 values, got 0 (a row has e1 m1"), ("* * 80", "Pair evp/lj: expected 9 values, got 1 (a row has e1 m1"),
@@ -80,7 +81,12 @@ WORDS = {
         ("lj.evp a", "file lj.evp: the first line must be a comment with 'UNITS: si', the units in force, got 'lj'"), ("garbage.evp a", "file garbage.evp"),
         ("wide.evp a", "line 2: expected 9 values, got 500000"), ("many.evp a", "no row 'a'; its rows: r0, r1,"), ("big.evp a", "file big.evp")]),
     COEFF + ROW + " {}": ("coeff", [
-        ("pitch 1", "unknown keyword 'pitch' of a row"), ("spacing 1", "spacing and coordination are given together"), ("saturation -0.1", "saturation must be"),
+        ("pitch 1", "unknown keyword 'pitch' of a row"), ("spacing 1", "spacing and coordination are given together"),
+        ("saturation 0.1", "keyword saturation of a row is gone: how far bonds hold is a table now, flow p0 Y0 p1 Y1 ..."),
+        *((f"flow {points}", f"flow needs 1 to 32 points of two numbers, plastic strain and limit over xi_s, got {count} numbers")
+          for points, count in (("", 0), ("0 1 0.1", 3), ("0 1 0.1 x", 3), (66 * "1 ", 66))), ("flow 0 1 x", "unknown keyword 'x' of a row"),
+        ("flow 0 2", "flow must begin with 0 1 (the limit xi_s at no plastic strain), got 0 2"), ("flow 0 1 0.1 1 0.1 2", "plastic strains of flow must ascend, got 0.1 after 0.1"),
+        *((f"flow 0 1 0.1 {limit}", "limits of flow must be positive and below 37.8") for limit in ("0", "-1", "40")),
         ("spacing 1e-200 coordination 12", "for the spacing of the body e1 and e2 of the row are multiplied by inf")]),
     FIX + "{}": ("fix", [
         ("zone 1", "Fix bonds evp/bonds: zone must be greater than 1"), ("zone nan", f"Fix bonds evp/bonds: zone {NUMBER} 'nan'"), ("zone", "keyword zone needs a value"),
@@ -93,13 +99,15 @@ WORDS = {
         *((name, f"Fix bonds evp/bonds: cannot read the bond file '{name}': give its path") for name in ("nowhere.bonds", "nowhere/b.bonds", "loop.bonds")),
         *((name, f"Fix bonds evp/bonds: the bond file is empty or cannot be read (file '{name}')") for name in (".", "/proc/self/mem", "empty.bonds")),
         ("garbage.bonds", "Fix bonds evp/bonds: bond file line 1: expected the header '# EVP bonds COUNT: 0 UNITS: si'"),
-        ("wide.bonds", "line 2: expected 3 or 7 values, got 1000000"), ("negative.bonds", "line 2: deq must be positive, got -0.0101"),
+        ("wide.bonds", "line 2: expected 'id_i id_j deq', got 1000000 values"), ("negative.bonds", "line 2: deq must be positive, got -0.0101"),
         ("self.bonds", "bond 2 2 is given twice in file self.bonds"),
         ("unknown.bonds", "bond 1 13: there is no atom 13: read the data file that was written with the bond file"), ("wraps.bonds", "there is no atom 4294967298:"),
         ("turned.bonds", "bond 1 2 is given twice in file turned.bonds"), ("late.bonds", "bond 1 2 is given twice in file late.bonds"),
         ("contact.bonds", "there is no atom 13"),
-        *((f"{name}.bonds", "it has flowed: use pair_style evp/lj with 'plasticity isotropic', as when the file was written") for name in ("flowed", "hardened", "pushed")),
-        *((f"{name}.bonds", "it has flowed or broken: use pair_style evp/lj with 'plasticity isotropic' or 'break'") for name in ("work", "broken")),
+        ("older.bonds", "line 2: expected 'id_i id_j deq', got 7 values; contact or apart may stand before them"),
+        ("flowed.bonds", "sphere 1: it has flowed: use pair_style evp/lj with 'plasticity isotropic', as when the file was written"),
+        ("pushed.bonds", "bond 1 2: it has flowed: use pair_style evp/lj with 'plasticity isotropic', as when the file was written"),
+        ("broken.bonds", "bond 1 2: it has broken: use pair_style evp/lj with 'break' and 'plasticity none', as when the file was written"),
         ("body.bonds", "bond file line 1: within must be type or molecule (which atoms are one body), got 'body'"),
         ("molecule.bonds", "within molecule needs atoms with molecule IDs")]),
     FIX + "\nfix volume all evp/volume {}": ("fix", [
@@ -176,7 +184,7 @@ OTHERS = [
     ({"coeff": "pair_coeff * * 1e150 8 4 3 8 4 0.005 0 1.5 spacing 1e-60 coordination 12"}, "for the spacing of the body e1 and e2 of the row are multiplied by"),
     ({"coeff": f"{COEFF}{ROW} kv 1e99 spacing 1e-5 coordination 12", "then": "fix v all evp/volume row"}, "kv must not exceed 1e100 in the body"),
     *(({"style": style, "then": "dump all all custom 1 all.dump id x y z vx vy vz", "after": "rerun all.dump dump x y z vx vy vz", **SEEN},
-       "rerun does not know how bonds have flowed or broken") for style in (FLOWS, BREAKS)),
+       "rerun does not know how bonds have flowed or ended") for style in (FLOWS, BREAKS)),
     ({"then": "variable a equal 1.5+0.1*step\nfix change all adapt 1 pair evp/lj alpha * * v_a", **SEEN}, "alpha"),
     ({"then": "variable m equal 4+10^(-step-1)\nfix change all adapt 1 pair evp/lj m2 * * v_m", **SEEN},
      "Pair evp/lj, types 1 and 1: exponents too close: m2 - n2 = 0.0001, must be at least 0.00040001"),
@@ -191,6 +199,9 @@ OTHERS = [
     ({"fix": "group first id 1 2 3\nfix bonds first evp/bonds file group.bonds"}, "bond 3 4: atom 4 is not in the fix's group (bond file group.bonds)"),
     ({"fix": FIX + "file turned.bonds", "run": "minimize 0 1e-9 10 10"}, "bond 1 2 is given twice in file turned.bonds"),
     *(({"style": BREAKS, "fix": FIX + f"file {name}.bonds"}, "it has flowed: use pair_style evp/lj with 'plasticity isotropic'") for name in ("flowed", "pushed")),
+    ({"style": FLOWS, "fix": FIX + "file broken.bonds"}, "it has broken: use pair_style evp/lj with 'break' and 'plasticity none'"),
+    *(({"style": FLOWS, "fix": FIX + f"file {name}.bonds"}, "a line 'sphere ...' names an atom that is not there, or twice") for name in ("sphere", "spheres")),
+    ({"then": "compute state all evp/state/atom volume_strain"}, "volume_strain is that of fix evp/volume: define it"),
     ({"after": "group gone id 2 4\ndelete_atoms group gone\nrun 1", **SEEN}, "Fix bonds evp/bonds: atom ID"),
     *(({"style": style, "fix": EARLY}, "must be defined before fix even balance") for style in (FLOWS, BREAKS)),
     *(({"style": BREAKS, "box": TILTED, "fix": f"region all block 0.01 0.02 0 0.01 0 0.01 units box\nfix early all {fix}\n{FIX}"}, "must be defined before fix early")
@@ -248,7 +259,7 @@ OTHERS = [
     ({**FLAT, "then": "fix volume all evp/volume 300"}, f"Fix volume evp/volume: the volume strain {SOLID}leave the fix out"),
     ({**FLAT, "coeff": f"{COEFF}{ROW} spacing 0.0102 coordination 4"}, f"Pair evp/lj: the scaling of a row by 'spacing' and 'coordination' {SOLID}give the 9 numbers"),
     *(({**FLAT, "then": f"compute state all evp/state/atom plastic_work {value} fraction 0.6"}, f"evp/state/atom: {value} {SOLID}leave the value out")
-      for value in ("plastic_strain", "volume_strain", "von_mises", "triaxiality")),
+      for value in ("von_mises", "triaxiality")),
 ]
 
 CASES = [({part: command.format(word)}, text) for command, (part, cases) in WORDS.items() for word, text in cases] + OTHERS
@@ -361,14 +372,16 @@ LEGAL = [  # scene, what it prints, f_bonds and f_bonds[5]
     ({"style": FLOWS + " plasticity none"}, "evp/lj: damping off, contact repulsive, deq", (BONDS, 0)), ({"style": BREAKS + " break none"}, DEFAULT, (BONDS, 0)),
     *(({"fix": FIX + f"file {name}.bonds"}, f"recorded {count} pairs from file", (count, 0)) for name, count in (("one", 1), ("none", 0), ("far", 1))),
     *(({"style": style, "fix": FIX + f"file {name}.bonds", "step": "timestep 1e-12"}, "from file", counts) for style, name, counts in (
-        (PARTS["style"], "whole", (2, 0)), (FLOWS, "flowed", (1, 0)), (BREAKS, "broken", (1, 1)), (FLOWS, "broken", (1, 1)), (FLOWS, "left", (2, 1)), (FLOWS, "pushed", (0, 0)))),
+        (PARTS["style"], "whole", (2, 0)), (FLOWS, "flowed", (1, 0)), (BREAKS, "broken", (1, 1)), (FLOWS, "left", (2, 1)), (FLOWS, "pushed", (0, 0)))),
+    ({"style": FLOWS, "coeff": COEFF + "80 8 4 80 8 4 0.005 0 1.5 flow 0 1"}, DEFAULT, (BONDS, 0)),
     ({"box": TWO_TYPES, "style": BREAKS, "fix": f"set atom 2 type 2\n{FIX}file broken.bonds within type"}, "recorded 1 pairs from file broken.bonds and within type", (1, 1)),
     *(({"box": TWO_TYPES, "fix": (MARKED + f"{file}.bonds {word}").replace("set atom 2 type 2\n", "").replace("mol 12", "mol 7")}, "recorded 1 pairs", (1, 0))
       for file, word in (("one", "within type"), ("type", ""), ("one", "within molecule"), ("molecule", ""))),
 ]
 LEGAL_FILES = {
     "crlf.evp": ROWS.replace(b"\n", b"\r\n")[:-2], "none.bonds": bonds(), "far.bonds": bonds("1 12 0.0101"),
-    "whole.bonds": bonds(WHOLE, "2 3 0.0101 0 0 0 0"), "left.bonds": bonds(WHOLE, "2 3 0.0101 0 0 1 1", "3 2 0.01 -1e-5 0 1 2"),
+    "whole.bonds": bonds(WHOLE, "2 3 0.0101"),
+    "left.bonds": bonds(WHOLE, "contact 3 2 0.0099", SPHERE.format(2), count=1, header=" CONTACTS: 1 ENDED: 1 SPHERES: 1"),
     **{name: FILES[name] for name in ("one.bonds", "flowed.bonds", "broken.bonds", "pushed.bonds", "type.bonds", "molecule.bonds")},
 }
 
@@ -391,7 +404,7 @@ def test_what_is_legal(lmp_decks, tmp_path):
 
 CONTINUE = "read_restart r.restart\n{}\nfix bonds all evp/bonds\nfix move all nve\ntimestep 1e-7\nthermo_style custom step pe press f_bonds f_bonds[1]\nrun 3\n"
 CUT, OTHER = "Incomplete or corrupted LAMMPS restart file", "Invalid LAMMPS restart file"
-FORGETS = "bonds have flowed or broken, which this pair_style would forget"
+FORGETS = "bonds have flowed or ended, which this pair_style would forget"
 FIX_DAMAGED = "Fix bonds evp/bonds: its section of the restart file is damaged"
 ATOM_DAMAGED = "Fix bonds evp/bonds: the bonds of atom 1 in the restart file are damaged"
 SETTINGS_DAMAGED = "Pair evp/lj: the restart file is damaged in the settings, or from a version of this package that wrote another format"
@@ -427,7 +440,7 @@ def damaged(plain):
     """Files and what is said: cut, another file, and sizes and flags of our sections changed by one bit."""
     fix, record, settings = after(plain, b"evp/bonds") + 4, at_record(plain), after(plain, b"evp/lj")
     cut = [(plain[:size], OTHER if size < 100 else CUT) for size in (0, 100, len(plain) // 2, len(plain) - 1)]
-    return cut + [(b"# EVP bonds COUNT: 0 UNITS: si\n" * 10, OTHER), (changed(plain, fix, 32), FIX_DAMAGED), (changed(plain, fix + 70, 64), FIX_DAMAGED),
+    return cut + [(b"# EVP bonds COUNT: 0 UNITS: si\n" * 10, OTHER), (changed(plain, fix, 32), FIX_DAMAGED), (changed(plain, fix + 94, 64), FIX_DAMAGED),
                   (changed(plain, record - 2, 8), ATOM_DAMAGED), (changed(plain, record + 8, 2), ATOM_DAMAGED), (changed(plain, record + 13, 128), ATOM_DAMAGED),
                   *((changed(plain, settings + 8 * word + 7, plain[settings + 8 * word + 7] ^ 0x7f), SETTINGS_DAMAGED) for word in (0, 1, 2, 6))]
 

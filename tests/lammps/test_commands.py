@@ -9,32 +9,35 @@ from hostile import scene
 from lammps_run import run_lammps
 
 TABLE1 = "80 8 4 3 8 4 0.005 0 1.5"
-NUMBERS = "e1 m1 n1 e2 m2 n2 xi_s gamma alpha spacing coordination kv density saturation".split()
+NUMBERS = "e1 m1 n1 e2 m2 n2 xi_s gamma alpha spacing coordination kv density".split()
 
 
 def values(run, prefix):
     """{name: number} of what row_deck() prints."""
-    return {name: float(word) for name, word in re.findall(rf"^{prefix}_(\w+) = (\S+)$", run.ok().stdout, re.M)}
+    return {name: float(word) for name, word in re.findall(rf"^{prefix}_((?!key)\w+) = (\S+)$", run.ok().stdout, re.M)}
 
 
 def row_deck(words, prefix, more=""):
-    return f"units si\nread_evp_row {words} {prefix} {more}\n" + "".join(f'print "{prefix}_{name} = ${{{prefix}_{name}}}"\n' for name in NUMBERS)
+    return f"units si\nread_evp_row {words} {prefix} {more}\n" + "".join(f'print "{prefix}_{name} = ${{{prefix}_{name}}}"\n' for name in (*NUMBERS, "key"))
 
 
 def test_rows_from_a_file_and_typed_are_one(lmp, tmp_path):
-    row = "80.1 8 4 3 8 4 0.005 1000 1.5 kv 0.30000000000000004 spacing 0.0102 coordination 11.9 density 2700"
+    table = "0 1 0.1 1.30000000000000004 2 0.5"
+    row = f"80.1 8 4 3 8 4 0.005 1000 1.5 kv 0.30000000000000004 spacing 0.0102 flow {table} coordination 11.9 density 2700"
     (tmp_path / "good.evp").write_text(f"# UNITS: si\na {row}\n")
     words = {"a": "good.evp:a", "b": "./good.evp:a", "c": "good.evp a", "d": row, "e": f'"{row}"', "f": f"'{row}'", "plain": TABLE1}
     run = lmp("".join(row_deck(row, prefix) for prefix, row in words.items()), 2)
     *found, plain = (values(run, prefix) for prefix in words)
     assert found == [found[0]] * 6 and list(found[0]) == NUMBERS
     assert found[0]["e1"] == 80.1 and found[0]["kv"] == 0.30000000000000004 and found[0]["density"] == 2700
+    key = "80p1_8_4_3_8_4_0p005_1000_1p5_spacing_0p0102_coordination_11p9_kv_0p30000000000000004_density_2700_flow_0_1_0p1_1p3_2_0p5"
+    assert re.findall(r"^\w_key = (.*)$", run.stdout, re.M) == 6 * [key] and "\nplain_key = 80_8_4_3_8_4_0p005_0_1p5\n" in run.stdout
     assert plain["alpha"] == 1.5 and plain["spacing"] == plain["coordination"] == plain["kv"] == plain["density"] == 0
 
 
 def test_a_row_of_the_paper_in_a_body_of_more_spheres(lmp):
     """Stiffness goes with e/deq^3, damping with gamma/deq; a row with a spacing is left to the bonds of the body."""
-    spheres, row, scaled = 4e7, "80 8 4 3 8 4 0.005 1000 1.5 kv 300 saturation 0.1", TABLE1 + " spacing 0.01 coordination 12"
+    spheres, row, scaled = 4e7, "80 8 4 3 8 4 0.005 1000 1.5 kv 300 flow 0 1 0.1 2", TABLE1 + " spacing 0.01 coordination 12"
     text = row_deck(row, "paper") + "atom_style sphere\nregion box block 0 0.2 0 0.2 0 0.2\ncreate_box 1 box\ncreate_atoms 1 random 8 7 NULL overlap 0.01\nset group all diameter 0.002\n"
     body = f"body all {8 / spheres:.17g} {np.pi / 6 * 0.002**3 * spheres:.5g}"
     text += row_deck(row, "more", body).removeprefix("units si\n") + row_deck(scaled, "own", body).removeprefix("units si\n")
@@ -43,7 +46,7 @@ def test_a_row_of_the_paper_in_a_body_of_more_spheres(lmp):
     assert more.pop("diameter") == pytest.approx(0.002, rel=1e-5)
     finer = spheres * np.pi * 0.02**2 * 0.05 / 500
     assert more == pytest.approx({**paper, "e1": 80 / finer, "e2": 3 / finer, "kv": 300 / finer, "gamma": 1000 / finer ** (1 / 3)}, rel=1e-14)
-    assert own["e1"] == 80 and own["spacing"] == 0.01
+    assert own["e1"] == 80 and own["spacing"] == 0.01 and run.stdout.count("_flow_0_1_0p1_2\n") == 2
 
 
 SCENE = "region box block 0 1 0 1 0 1\ncreate_box 1 box\ncreate_atoms 1 single 0.5 0.5 0.5\nmass 1 1.0\npair_style zero 0.1\npair_coeff * *\n"

@@ -34,7 +34,7 @@ def test_by_default_one_sweep(tmp_path):
     numbers = curves.cycle_numbers(curve)
     assert abs(numbers["residual_strain"]) < 2e-4 and numbers["turn_MPa"] == pytest.approx(179.0, rel=0.01)
     state = found.dump("run_state.dump")[-1]
-    assert list(state.columns) == "id x y z radius bonds share_second share_lost new_pairs plastic_work plastic_strain volume_strain plastic_strain_sum".split()
+    assert list(state.columns) == "id x y z radius bonds share_second share_lost new_pairs plastic_work plastic_strain volume_strain".split()
 
 
 @pytest.mark.parametrize("ranks, choices", [
@@ -96,7 +96,7 @@ def test_release_ends_at_zero_stress(once, choices):
     first = np.abs(curve.strain[: top + 1]) <= 0.002
     modulus = np.polyfit(curve.strain[: top + 1][first], curve.virial[: top + 1][first], 1)[0]
     left = 1.0 - curve.virial[top] / modulus / curve.strain[top]
-    assert left - 0.03 < end / curve.strain[top] < left + 0.01, "of the strain at the turn; a few pairs flow back"
+    assert left - 0.03 < end / curve.strain[top] < left + 0.02, "of the strain at the turn; a few pairs flow back, and a body that was pressed is stiffer"
 
 
 def test_releases_in_cycles_on_two_ranks(tmp_path):

@@ -5,8 +5,8 @@ import itertools
 
 import numpy as np
 import pytest
+from evp import law
 from hostile import refused
-from oracle import flow, law
 from small_bodies import head, lattice_body, pair, thermo, velocities, write_body
 
 ways = pytest.mark.parametrize("newton, ranks", [("on", 1), ("off", 2)])
@@ -44,9 +44,10 @@ def two(newton, rules="contact repulsive break 0.02", ghosts=0.03, skin=0.0001, 
 
 
 @ways
-@pytest.mark.parametrize("rules, cut", [("none plasticity isotropic", 0.003), ("none plasticity isotropic break 0.02", 1.02 * 0.002), ("repulsive break 0.02", 0.0)])
-def test_a_bond_that_leaves_the_list_flows_up_to_its_cutoff(lmp_decks, newton, ranks, rules, cut):
-    """And keeps its offset, unless it broke for good: back at its deq it is pressed. Without break also its work goes on from there."""
+@pytest.mark.parametrize("rules", ["none plasticity isotropic", "repulsive plasticity isotropic", "repulsive break 0.02"])
+def test_a_bond_that_leaves_the_list_ends_at_its_cutoff(lmp_decks, newton, ranks, rules):
+    """It has flowed up to there, and has ended for good: back at R_i + R_j nothing acts, and its work stays."""
+    cut = 0.003 if "plasticity" in rules else 0.0
     runs = lmp_decks({name: two(newton, f"contact {rules}", 0.004 if "ghosts" in name else 0.03) + way + f"""
 compute each all evp/state/atom {'plastic_work' if cut else ''}
 compute kept all reduce sum c_each[{5 if cut else 1}]
@@ -60,11 +61,9 @@ timestep 1e-12
 run 1
 print "back $(f_bonds[5]) $(f_bonds[1]) $(v_work:%.17g) $(fx[2]:%.17g)"
 """ for name, way in WAYS.items()}, ranks)
-    deq, broken = 0.002, "break" in rules
-    torn = flow.step(cut or deq, deq, law.TABLE1, 0.0, 0.0)
-    pressed = flow.step(deq, deq, law.TABLE1, 0.0 if broken else torn.q, 0.0 if broken else torn.k)
+    torn = law.flow_bond(cut or 0.002, 0.002, law.TABLE1, law.TABLE1.xi_s)
     work = float(torn.dissipated)
-    expected = [broken, not broken, work, broken, 0, work + float(pressed.dissipated), 0.0 if broken else float(pressed.force)]
+    expected = [1, 0, work, 1, 0, work, 0.0]
     for name, run in runs.items():
         found = [float(word) for line in run.stdout.splitlines() if line.startswith(("away ", "back ")) for word in line.split()[1:]]
         assert found == pytest.approx(expected, rel=2e-7), (name, "the margin of a cutoff, up to which a bond flows")
@@ -139,7 +138,7 @@ thermo {1 if "break" in rules else 5}
 """
     found = {key: run.thermo() for key, run in lmp_decks(decks, ranks).items()}
     whole = found[0.003, "", -1]
-    assert max(abs(whole["f_e[4]"]) + abs(whole["f_e[11]"])) > 0.1, "control: the bond holds something where it ends"
+    assert max(abs(whole["f_e[4]"]) + abs(whole["f_e[11]"])) > 0.05, "control: the bond holds something where it ends"
     for key, own in found.items():
         for name, values in own.items():
             assert values == pytest.approx(whole[name], abs=1e-9), (key, name)
@@ -167,7 +166,7 @@ run 3
     for name in ("out", "in"):
         for column, values in runs["far"].items():
             assert runs[name][column] == pytest.approx(values, abs=1e-9), (name, column)
-    assert max(abs(runs["far"][column][-1]) for column in ("f_e[4]", "f_e[11]")) > 0.1, "control"
+    assert max(abs(runs["far"][column][-1]) for column in ("f_e[4]", "f_e[11]")) > 0.05, "control"
 
 
 @ways
@@ -220,9 +219,11 @@ def test_set_up_with_an_energy_balance_moves_no_bond(lmp_decks, rules):
     runs = lmp_decks({line: two("on", f"contact repulsive {rules}", 0.01) + f"""
 fix n all nve/noforce
 {line}
-compute pair all pair/local p4 p5
-compute q all reduce sum c_pair[1] c_pair[2] inputs local
-thermo_style custom step pe f_bonds[5] c_q[1] c_q[2]
+compute pair all pair/local p2
+compute strain all reduce sum c_pair inputs local
+compute each all evp/state/atom plastic_work
+compute work all reduce sum c_each[5]
+thermo_style custom step pe f_bonds[5] c_strain c_work
 run 0
 displace_atoms two move 0.008 0 0
 run 0
@@ -230,7 +231,7 @@ displace_atoms two move -0.008 0 0
 run 1
 """ for line in ("", "fix e all evp/energy")})
     for run in runs.values():
-        assert all(run.thermo()[name][-1] == 0.0 for name in ("f_bonds[5]", "c_q[1]", "c_q[2]"))
+        assert run.thermo()["f_bonds[5]"][-1] == run.thermo()["c_work"][-1] == 0.0 and abs(run.thermo()["c_strain"][-1]) < 1e-12
 
 
 @ways
@@ -268,3 +269,18 @@ def test_values_of_a_line_are_of_one_state(lmp, tmp_path):
         tables.append(lmp(text + "fix move all nve\ntimestep 1e-7\nthermo 1\n" + thermo(columns) + "run 300\n").ok().thermo())
     assert tables[0]["f_bonds[5]"][-1] > 0, "control: bonds break"
     assert all(np.array_equal(tables[0][name], tables[1][name]) for name in tables[0])
+
+
+def test_the_text_of_a_body_that_has_flowed_in_part(lmp, tmp_path):
+    """Spheres that have not flowed have a line too, as a body that is deformed does not tell what its surface was at rest. Control: most have not."""
+    body = lattice_body((8, 3, 3))
+    write_body(tmp_path / "body.data", body)
+    metal = pair(contact="none plasticity isotropic", fix="{}") + "fix volume all evp/volume 500\n" + thermo("pe f_volume f_volume[1]")
+    text = head() + metal.format("fix bonds all evp/bonds") + "region end block INF 0.02 INF INF INF INF\ngroup end region end\n"
+    text += "velocity end set 60 0 0\nfix move all nve\ntimestep 3e-7\nrun 30\nwrite_evp_bonds part.bonds\nwrite_data part.data nocoeff\n"
+    whole = lmp(text).ok().thermo()
+    again = lmp(head(start="read_data part.data") + metal.format("fix bonds all evp/bonds file part.bonds") + "run 0\n", 2).ok().thermo()
+    spheres_of_file = [words.split() for words in (tmp_path / "part.bonds").read_text(encoding="utf-8").splitlines() if words.startswith("sphere")]
+    assert len(spheres_of_file) == len(body.x) and 0 < sum(float(words[3]) > 0.0 for words in spheres_of_file) < 0.7 * len(body.x)
+    for name in ("PotEng", "f_volume", "f_volume[1]"):
+        assert again[name][0] == pytest.approx(whole[name][-1], rel=1e-9), name

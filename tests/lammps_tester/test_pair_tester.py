@@ -40,7 +40,7 @@ class Case(NamedTuple):
     contact: str
     dt: float
     zone: float = 0.0
-    flows: bool = False  # plasticity isotropic: the bond file has q and k
+    flows: bool = False  # plasticity isotropic: the bond file has spheres that have flowed
 
 
 CASES = {
@@ -78,21 +78,22 @@ class Scene(NamedTuple):
     body: Small
     v: np.ndarray
     bonds: dict  # {(id_i, id_j): deq}
-    flowed: dict  # {(id_i, id_j): words of q, k, work and state}
+    spheres: list  # lines of the bond file
 
 
 def scene_of(case):
     rest, rng = lattice_body((4, 4, 4), "xyz", zone=1.44), np.random.default_rng(2017)
     x = rest.x * STRETCH + rng.uniform(-2e-4, 2e-4, rest.x.shape)
     body = rest._replace(x=x, box=rest.box * STRETCH[:, None], cell=rest.cell * STRETCH)
-    bonds, flowed = rest.bonds, {}
+    bonds, spheres = rest.bonds, []
     if case.zone:
         bonds = brute.record_bonds(x, body.radius, case.zone, np.diag(body.cell))
     if case.flows:  # flow both ways by formula, every third not at all; bonds left out are new pairs, which repel where they overlap
         bonds = {pair: deq for pair, deq in bonds.items() if sum(pair) % 7}
-        share = {(i, j): 0.0 if (i + j) % 3 == 0 else 0.015 * np.sin(1.7 * i + 2.9 * j) for i, j in bonds}
-        flowed = {pair: f"{share[pair] * deq:.17g} {abs(share[pair]):.17g} 0.25 0" for pair, deq in bonds.items()}
-    return Scene(body, rng.uniform(-100.0, 100.0, x.shape), bonds, flowed)
+        bonds = {(i, j): deq * (1.0 if (i + j) % 3 == 0 else 1.0 + 0.015 * np.sin(1.7 * i + 2.9 * j)) for (i, j), deq in bonds.items()}
+        counts = np.bincount(np.array(list(bonds)).ravel(), minlength=len(x) + 1)
+        spheres = [f"sphere {k} {0.02 * (k % 4)} 0.25 1e-4 {counts[k]} {counts[k]} 0 0 0 0\n" for k in range(1, len(x) + 1)]
+    return Scene(body, rng.uniform(-100.0, 100.0, x.shape), bonds, spheres)
 
 
 def write(folder, case, scene):
@@ -102,8 +103,9 @@ def write(folder, case, scene):
     with open(folder / "data.evp_lj", "a", encoding="utf-8") as out:
         out.write("\nVelocities\n\n")
         out.writelines(f"{k} {' '.join(f'{value:.17g}' for value in v)} 0 0 0\n" for k, v in enumerate(scene.v, start=1))
-    lines = [f"{i} {j} {deq:.17g} {scene.flowed.get((i, j), '')}\n" for (i, j), deq in scene.bonds.items()]
-    (folder / "evp_lj.bonds").write_text(f"# EVP bonds COUNT: {len(lines)} UNITS: si\n{''.join(lines)}", encoding="utf-8")
+    lines = [f"{i} {j} {deq:.17g}\n" for (i, j), deq in scene.bonds.items()] + scene.spheres
+    more = f"SPHERES: {len(scene.spheres)} " if scene.spheres else ""
+    (folder / "evp_lj.bonds").write_text(f"# EVP bonds COUNT: {len(scene.bonds)} {more}UNITS: si\n{''.join(lines)}", encoding="utf-8")
     record = f"zone {case.zone}" if case.zone else "file ${input_dir}/evp_lj.bonds"
     coeffs = "\n".join(f"  {a} {b} {words(row)}" for (a, b), row in ROWS.items())
     extract = "\n".join(f"  {name} 2" for name in law.Row._fields if name != "alpha")

@@ -151,7 +151,7 @@ LOADS = ("in.traction", "in.cyclic", "in.quasistatic", "in.torsion", "in.bending
 
 def choices(name):
     """{choice: its line} of a deck."""
-    head = re.split(r"\nevp_choices \S+ (?!implied)", TEXT[name].partition("# -------- choices")[2])[0]
+    head = re.split(r"\nevp_choices \S+ (?!implied)", TEXT[name].partition("# -------- choices")[2])[0].replace("&\n", "")
     return {line.split()[1]: line for line in head.splitlines() if re.match(r"variable +\w+ +index ", line)}
 
 
@@ -159,7 +159,7 @@ def choices(name):
 def test_decks_are_short(name):
     assert TEXT[name].count("\n") <= LONGEST.get(name, 100)
     assert len(re.findall(r"^if ", TEXT[name], flags=re.M)) <= 6
-    assert sum(text.count("\n") for text in TEXT.values()) <= 1305, "all decks"
+    assert sum(text.count("\n") for text in TEXT.values()) <= 1319, "all decks"
     assert name not in PLAIN or not re.search(r"^if | index |\${", TEXT[name], flags=re.M), "the first decks have no choice"
 
 

@@ -27,11 +27,9 @@ inline const double (*rows_of(const Vectors &x))[3]
   return reinterpret_cast<const double(*)[3]>(x.data());
 }
 
-inline EVP::Row with_exponents(double m1, double n1, double m2, double n2, double saturation = 0.0)
+inline EVP::Row with_exponents(double m1, double n1, double m2, double n2)
 {
-  EVP::Row row = {80, m1, n1, 3, m2, n2, 0.005, 1000, 1.5};
-  row.saturation = saturation;
-  return row;
+  return {80, m1, n1, 3, m2, n2, 0.005, 1000, 1.5};
 }
 inline const EVP::Row TABLE2 = with_exponents(8, 4, 8, 4);
 
@@ -59,7 +57,6 @@ struct Pair {
   int j;
   double deq, cutoff;
   int law = 0;
-  EVP::PairHistory history = {};
 };
 
 /// Packs a row of particle i.
@@ -72,15 +69,13 @@ inline void add_row(EVP::PairList &list, int i, const std::vector<Pair> &pairs)
     list.cutsq[n] = list.cutoff_squared(pair.cutoff);
     list.j[n] = pair.j;
     list.law[n] = pair.law;
-    list.record[n] = list.are_bonds ? 0 : -1;
-    if (list.stays()) list.set_history(n, pair.history);
     n++;
   }
   list.add_row(i, (int) pairs.size());
 }
 
 /// 50 points in a unit cube, and npairs bonds and npairs contacts between them, each particle's in two rows. Strains
-/// reach beyond the elastic limit both ways; one bond in ten is past its cutoff.
+/// reach beyond the elastic limits both ways, of which each particle has its own; one bond in ten is past its cutoff.
 struct Cloud {
   Vectors x, v;
   std::vector<EVP::PairLaw> laws;
@@ -94,6 +89,7 @@ struct Cloud {
     for (int i = 0; i < n; i++) {
       x.push_back({unit(random), unit(random), unit(random)});
       v.push_back({unit(random), unit(random), unit(random)});
+      lists.limits.push_back(0.004 + 0.02 * unit(random));
     }
     for (const EVP::Row &row : rows) laws.emplace_back(row);
     lists.nlocal = lists.nall = n;
@@ -108,13 +104,11 @@ struct Cloud {
           const size_t packed = list->size() + halves[0].size() + halves[1].size();
           if ((j % 2 == 0) != list->are_bonds || (int) packed >= npairs) continue;
           const double d = std::sqrt(EVP::PairGeometry(rows_of(x), i, j).dsq);
-          const double deq = d / (1.0 + range * (unit(random) - 0.5)),
-                       q = j % 3 ? 0.04 * (unit(random) - 0.5) : 0.0;
-          const bool repels = plastic && !list->are_bonds;
-          const EVP::PairHistory history = {repels ? -std::fabs(q) : q, 2.0 * std::fabs(q),
-                                            std::fabs(q), 0.0};
-          halves[j % 4 / 2].push_back(
-              {j, deq, repels ? deq : d * (0.9 + unit(random)), j % (int) rows.size(), history});
+          const double deq = d / (1.0 + range * (unit(random) - 0.5));
+          // a contact that has flowed acts up to its deq, and is flowed up to R_i + R_j
+          const double cutoff = plastic && !list->are_bonds ? deq * (j % 3 ? 1.02 : 1.0)
+                                                            : d * (0.9 + unit(random));
+          halves[j % 4 / 2].push_back({j, deq, cutoff, j % (int) rows.size()});
         }
         for (const auto &half : halves) add_row(*list, i, half);
       }
@@ -136,11 +130,12 @@ struct Cloud {
   /// Adds the forces of a list to f.
   template <class Tally>
   void add_forces(EVP::PairList &list, bool damping, int nreact, Vectors &f, Tally &&tally,
-                  bool incremental = false, std::vector<int> *past = nullptr) const
+                  bool incremental = false, EVP::EndingBonds *ending = nullptr) const
   {
     const auto run =
         damping ? EVP::accumulate_forces<true, Tally> : EVP::accumulate_forces<false, Tally>;
-    run(list, block_law(list), view(f, nreact), std::forward<Tally>(tally), incremental, past);
+    run(list, block_law(list), view(f, nreact), std::forward<Tally>(tally), incremental, ending,
+        EVP::NoTally());
   }
 };
 

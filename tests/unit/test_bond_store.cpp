@@ -1,21 +1,18 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //
-// The records of the bonds: what travels with an atom, and when readers must look again. A look-up
-// finds what a plain search finds, whatever the hints say.
+// The records of the bonds: what travels with an atom, and when readers must look again.
 
 #include "core/bond_store.h"
 
 #include <gtest/gtest.h>
 
-#include <limits>
-#include <map>
-#include <random>
 
 namespace {
 
 using EVP::Bond;
 using EVP::BondStore;
-using EVP::PairHistory;
+using EVP::Remembered;
+using EVP::Sphere;
 
 /// Three atoms of the IDs 7, 5, 9, each bonded to both others.
 BondStore recorded(bool with_history = false)
@@ -58,15 +55,15 @@ TEST(BondStore, KeepsRecordsInTheOrderOfThePartners)
   EXPECT_FALSE(BondStore().find_misplaced(newcomer, 4));
 }
 
-// An atom that leaves an MPI rank and comes to another brings bonds and history to the last bit.
+// An atom that leaves an MPI rank and comes to another brings all to the last bit.
 TEST(BondStore, WordsBringRecordsAndHistoryToAnotherPlace)
 {
   for (const bool with_history : {false, true}) {
     BondStore store = recorded(with_history);
+    const Sphere own = {0.1, 0.2, 0.3, 2.0, 4.0};
     if (with_history) {
-      store.take({2, true, 5, {0.1, 0.2, 0.3, 0.0}});
-      store.take({2, true, 7, {0.0, 0.0, 0.7, 1.0}});
-      store.take({2, false, 12, {-0.2, 0.5, 1.1, 0.0}});
+      store.sphere(2) = own;
+      store.remembered_of(2).push_back({12, 0.875, Remembered::CONTACT});
     }
     std::vector<double> words(store.words_of(2));
     ASSERT_EQ(store.pack(2, words.data()), (int) words.size());
@@ -78,31 +75,72 @@ TEST(BondStore, WordsBringRecordsAndHistoryToAnotherPlace)
     other.clear(1);
     EXPECT_TRUE(other.of(1).empty());
     expect_same(other.of(0), store.of(2));
-    EXPECT_EQ(other.has_changed(), with_history);
+    EXPECT_EQ(other.has_flowed(2), with_history);
+    EXPECT_FALSE(recorded(with_history).has_flowed(4));
     if (!with_history) continue;
-    EXPECT_EQ(other.histories_of(0)[0], (PairHistory{0.1, 0.2, 0.3, 0.0}));
-    EXPECT_EQ(other.histories_of(0)[1], (PairHistory{0.0, 0.0, 0.7, 1.0}));
-    ASSERT_EQ(other.contacts_of(0).size(), 1u);
-    EXPECT_EQ(other.contacts_of(0)[0].partner, 12);
-    EXPECT_EQ(other.contacts_of(0)[0].history.q, -0.2);
-    EXPECT_TRUE(other.contacts_of(1).empty());
+    const Sphere &found = other.sphere(0);
+    EXPECT_TRUE(found.p == own.p && found.work == own.work && found.slip == own.slip &&
+                found.bonds == own.bonds && found.recorded == own.recorded);
+    ASSERT_EQ(other.remembered_of(0).size(), 1u);
+    EXPECT_EQ(other.find_remembered(0, 12)->deq, 0.875);
+    EXPECT_EQ(other.find_remembered(0, 12)->kind, Remembered::CONTACT);
+    EXPECT_EQ(other.find_remembered(0, 5), nullptr);
+    EXPECT_TRUE(other.remembered_of(1).empty());
   }
+}
+
+TEST(BondStore, BondsMoveAndEndOnBothSidesAndAreCountedOnce)
+{
+  BondStore store = recorded(true);
+  store.move(0, 9, 1.375);
+  EXPECT_EQ(store.find(0, 9)->deq, 1.375);
+  EXPECT_EQ(store.find(2, 7)->deq, 1.25) << "the other side is another record";
+  EXPECT_EQ(store.count_sides(3), 6);
+  for (int twice = 0; twice < 2; twice++) {    // either copy of a bond may say so
+    store.end(0, 9);
+    store.end(2, 7);
+    store.move(0, 9, 1.5);
+  }
+  EXPECT_EQ(store.ended(), 1);
+  EXPECT_EQ(store.count_sides(3), 4);
+  EXPECT_EQ(store.find(0, 9), nullptr);
+  expect_same(store.of(0), {{5, 1.5}});
+  EXPECT_EQ(store.count(), 3) << "were recorded";
+  EXPECT_EQ(store.sphere(0).recorded, 2.0);
+}
+
+// p grows by the mean over the bonds that there were before; without any what waits is dropped.
+TEST(Sphere, PlasticStrainIsTheMeanOfItsBonds)
+{
+  Sphere own = {0.5, 0.0, 0.062, 4.0, 4.0};
+  own.move_on(0.0);
+  EXPECT_DOUBLE_EQ(own.p, 0.5 + 0.062 / 4.0 / 0.31);
+  EXPECT_EQ(own.slip, 0.0);
+  own.slip = 0.1;
+  own.move_on(3.0);
+  EXPECT_DOUBLE_EQ(own.p, 0.55) << "it had none";
+  own.slip = 0.031;
+  own.move_on(3.0);
+  EXPECT_DOUBLE_EQ(own.p, 0.55 + 0.031 / 3.0 / 0.31);
 }
 
 // Buffers of migration and of restart files are made for the longest record; history costs nothing where there is none.
 TEST(BondStore, RoomGrowsWithTheHistory)
 {
   EXPECT_EQ(recorded().words_of(0), 2 + 2 * 2u);
-  EXPECT_EQ(recorded(true).words_of(0), 2 + 6 * 2u + 1);
+  EXPECT_EQ(recorded(true).words_of(0), 2 + 2 * 2u + 5 + 1);
   EXPECT_LT(recorded().memory_usage(), recorded(true).memory_usage());
   BondStore store = recorded(true);
   for (int64_t partner = 100; partner < 120; partner++) {
-    store.take({0, false, partner, {-0.1, 0.1, 0.2, 0.0}});
+    store.remembered_of(0).push_back({partner, 0.9, Remembered::CONTACT});
     EXPECT_GE(store.most_words(), (int) store.words_of(0)) << partner;
   }
   BondStore late = recorded();
   late.keep_history(true);
-  for (int i = 0; i < 2; i++) EXPECT_GE(late.most_words(), (int) late.words_of(i));
+  for (int i = 0; i < 2; i++) {
+    EXPECT_GE(late.most_words(), (int) late.words_of(i));
+    EXPECT_TRUE(late.sphere(i).is_new(late.of(i).size()));
+  }
 }
 
 // Restart files carry no check of their own: a wrong count would read beyond the words of the atom.
@@ -110,7 +148,7 @@ TEST(BondStore, TellsWordsWithAWrongCount)
 {
   for (const bool with_history : {false, true}) {
     BondStore store = recorded(with_history);
-    if (with_history) store.take({0, false, 12, {-0.2, 0.5, 1.1, 0.0}});
+    if (with_history) store.remembered_of(0).push_back({12, 0.875, Remembered::CONTACT});
     std::vector<double> words(store.words_of(0));
     const size_t n = store.pack(0, words.data());
     EXPECT_TRUE(store.fits(words.data(), n));
@@ -135,47 +173,6 @@ TEST(BondStore, EveryOtherStateHasAVersionOfItsOwn)
   EXPECT_NE(store.version(), version);
   EXPECT_TRUE(store.is_closed());
   EXPECT_FALSE(store.has_recorded());
-}
-
-/// The hints end with NO_SLOT, and must outlive the finder.
-EVP::RecordFinder finder_of(const BondStore::Bonds &bonds, const std::vector<int> &hints)
-{
-  return {bonds, {hints.data(), hints.data() + hints.size() - 1}};
-}
-
-TEST(RecordFinder, FindsWhatAPlainSearchFindsWhateverTheHints)
-{
-  std::mt19937 random(1);
-  for (int trial = 0; trial < 2000; trial++) {
-    const int nrecords = (int) (random() % 40) * (trial % 7 == 0 ? 20 : 1);
-    std::vector<int64_t> ids(2 * nrecords + 10);
-    const int64_t first = trial % 3 ? 1 : std::numeric_limits<int64_t>::max() / 2;
-    for (size_t k = 0; k < ids.size(); k++) ids[k] = first + (int64_t) k;
-    std::shuffle(ids.begin(), ids.end(), random);
-    std::sort(ids.begin(), ids.begin() + nrecords);    // the store keeps the order of the partners
-    BondStore::Bonds bonds;
-    std::map<int64_t, int> plain;
-    for (int slot = 0; slot < nrecords; slot++) {
-      plain[ids[slot]] = slot;
-      bonds.push_back({ids[slot], 1.0});
-    }
-
-    std::vector<int> hints;
-    for (int k = 0; k < 30 && trial % 2; k++) hints.push_back((int) (random() % 50) - 5);
-    hints.push_back(EVP::RecordFinder::NO_SLOT);
-    for (int build = 0; build < 3; build++) {
-      if (build != 2) std::shuffle(ids.begin(), ids.end(), random);
-      EVP::RecordFinder finder = finder_of(bonds, hints);
-      std::vector<int> slots;
-      for (const int64_t id : ids) {
-        slots.push_back(finder.find(id));
-        ASSERT_EQ(slots.back(), plain.count(id) ? plain[id] : -1) << "trial " << trial;
-        ASSERT_EQ(finder.find(id), slots.back()) << "another image of the same partner";
-      }
-      hints = slots;
-      hints.push_back(EVP::RecordFinder::NO_SLOT);
-    }
-  }
 }
 
 }    // namespace

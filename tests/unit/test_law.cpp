@@ -151,26 +151,23 @@ TEST(Law, ForceIsMinusTheSlopeOfTheEnergyAndStiffnessThatOfTheForce)
   std::mt19937 random(11);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   int flowing = 0, elastic = 0;
-  for (Row row : ROWS)
+  for (const Row &row : ROWS)
     for (const Flow flow : {Flow::FORGETS, Flow::STAYS, Flow::COMPRESSES})
       for (int trial = 0; trial < 400; trial++) {
-        if (trial % 2 && row.e2 < row.e1) row.saturation = 0.03;
         const PairLaw law(row);
-        const double q = flow == Flow::FORGETS ? 0.0 : 0.1 * unit(random);
-        const Offset before = {flow == Flow::COMPRESSES ? -std::fabs(q) : q, 2.0 * std::fabs(q)};
-        const double y = flow == Flow::FORGETS ? row.xi_s : law.limit(before.k);
-        const double strain = 3.0 * y * unit(random), h = 0.02 * row.xi_s,
-                     r = 1.0 + before.q + strain;
+        const double y = flow == Flow::FORGETS ? row.xi_s : 0.001 + 0.1 * std::fabs(unit(random));
+        const double strain = 3.0 * y * unit(random), h = 0.02 * std::min(row.xi_s, y),
+                     r = 1.0 + strain;
         if (std::fabs(std::fabs(strain) - y) < 5 * h) continue;
         if (flow == Flow::COMPRESSES && std::fabs(strain) < 5 * h) continue;    // it parts
         const auto energy = [&](double x) {
-          const PairState now = law.state(x, {1.0, flow, before});
+          const PairState now = law.state(x, {1.0, flow, y});
           return now.stored.total() + now.dissipated;
         };
         const auto force = [&](double x) {
-          return law.state(x, {1.0, flow, before}).force;
+          return law.state(x, {1.0, flow, y}).force;
         };
-        const PairState now = law.state(r, {1.0, flow, before});
+        const PairState now = law.state(r, {1.0, flow, y});
         const double begin = row.m1 * row.n1 * row.e1;
         SCOPED_TRACE(name_of(row) + "flow " + std::to_string((int) flow) + ", strain " +
                      std::to_string(strain));
@@ -180,7 +177,8 @@ TEST(Law, ForceIsMinusTheSlopeOfTheEnergyAndStiffnessThatOfTheForce)
           EXPECT_NEAR(now.stiffness, -derivative(force, r, h), 1e-7 * now.stiffness_ahead);
         }
         EXPECT_GE(now.dissipated, 0.0);
-        EXPECT_GE(now.stiffness_ahead, std::max(begin, now.stiffness));
+        EXPECT_GE(now.stiffness_ahead,
+                    std::max(begin * (now.inv_deq * now.inv_deq), now.stiffness));
         (flows ? flowing : elastic)++;
       }
   EXPECT_GT(flowing, 1000);
@@ -221,16 +219,12 @@ TEST(Law, ForceOfTheClosestExponentsIsNoRoundOff)
   }
 }
 
-TEST(Law, WhatOverflowsOrDoesNotEndIsRefused)
+TEST(Law, WhatOverflowsIsRefused)
 {
   EXPECT_EQ(PairLaw().state(0.5, {1.0}).force, 0.0);    // of types without a row
   Row row = TABLE1;
   row.e1 = 1e199;
   EXPECT_THROW(PairLaw{row}, BadInput);
-  row = TABLE1;
-  EXPECT_NO_THROW(PairLaw(row).check_flow());
-  row.e2 = row.e1;
-  EXPECT_THROW(PairLaw(row).check_flow(), BadInput);
 }
 
 namespace {
@@ -253,11 +247,6 @@ template <int K> void expect_digits(double x)
 {
   const double less_one = (double) std::expm1(K * std::log1p((long double) x));
   EXPECT_NEAR(power_minus_1<K>(x), less_one, POWERS * std::fabs(less_one)) << K << " at " << x;
-  const double a = 1.3, b = a * (1.0 + x);    // b^K - a^K over b - a as a sum
-  long double sum = 0.0L;
-  for (int k = 0; k < K; k++)
-    sum += std::pow((long double) a, k) * std::pow((long double) b, K - 1 - k);
-  EXPECT_NEAR(power_quotient<K>(a, b), (double) sum, POWERS * (double) sum) << K << " at " << x;
 }
 
 }    // namespace
@@ -280,6 +269,15 @@ TEST(Powers, DifferencesKeepTheirDigits)
       expect_digits<3>(x);
       expect_digits<4>(x);
       expect_digits<6>(x);
+    }
+}
+
+TEST(Powers, LogarithmOfARatioKeepsItsDigits)
+{
+  for (double size = 1e-14; size < 5.0; size *= 1.07)
+    for (const double a : {1.3 * (1.0 + size), 1.3 / (1.0 + size)}) {
+      const long double exact = std::log1p(((long double) a - 1.3) / 1.3);
+      EXPECT_NEAR(log_of_ratio(a, 1.3), (double) exact, 4e-16 * std::fabs((double) exact)) << size;
     }
 }
 

@@ -15,13 +15,12 @@ namespace {
 
 /// All that a list says of its pairs, with their particles.
 struct Known {
-  int i, j, law, record;
+  int i, j, law;
   double inv_deq, cutsq;
-  PairHistory history;
   friend bool operator==(const Known &a, const Known &b)
   {
-    return a.i == b.i && a.j == b.j && a.law == b.law && a.record == b.record &&
-        a.inv_deq == b.inv_deq && a.cutsq == b.cutsq && a.history == b.history;
+    return a.i == b.i && a.j == b.j && a.law == b.law && a.inv_deq == b.inv_deq &&
+        a.cutsq == b.cutsq;
   }
 };
 
@@ -29,7 +28,7 @@ std::vector<Known> contents_of(const PairList &list, const Vectors &x)
 {
   std::vector<Known> found;
   for_each_pair(list, rows_of(x), [&](const PlacedPair &p) {
-    found.push_back({p.i, p.j, p.law, p.record, p.inv_deq, p.cutsq, list.history_of(p.index)});
+    found.push_back({p.i, p.j, p.law, p.inv_deq, p.cutsq});
     EXPECT_EQ(list.owner_of(p.index), p.i);
   });
   return found;
@@ -57,9 +56,9 @@ TEST(PairList, PairsAreTakenOutAndAddedInARun)
       for (const PackedRow &row : list.rows) EXPECT_LT(row.first, row.last);
 
       // the list goes on
-      add_row(list, 7, {{9, 1.0, 1.5, 1, {0.01, 0.02, 0.5, 0.0}}, {30, 1.0, 1.5}});
+      add_row(list, 7, {{9, 1.0, 1.5, 1}, {30, 1.0, 1.5}});
       EXPECT_EQ(list.size(), left.size() + 2);
-      EXPECT_EQ(list[left.size()].j, 9);
+      EXPECT_EQ(list.pair(7, left.size()).j, 9);
       EXPECT_EQ(list.owner_of((int) left.size()), 7);
     }
 }
@@ -69,16 +68,15 @@ TEST(PairList, WithoutFlowThereIsNoRoomForIt)
   Cloud cloud({TABLE2}, 600, true);
   PairList &list = cloud.lists.bonds;
   const double with_flow = list.memory_usage();
-  EXPECT_TRUE(list[1].flow == Flow::STAYS);
+  EXPECT_TRUE(list.pair(0, 1).flow == Flow::STAYS);
   list.clear(BOND_MARGIN, Flow::FORGETS);
   EXPECT_EQ(list.size(), 0u);
   EXPECT_TRUE(list.make_room(600));
-  for (const auto *values : {&list.q, &list.k, &list.work, &list.q_new, &list.dissipated})
+  for (const auto *values : {&list.inv_deq_next, &list.dissipated})
     EXPECT_EQ(values->capacity(), 0u);
   EXPECT_EQ(list.any_flow.capacity(), 0u);
-  EXPECT_LE(list.memory_usage() + 5 * 600 * sizeof(double), with_flow);
-  EXPECT_EQ(list.flow_arrays(0).q, nullptr);
-  list.commit();    // nothing to do
+  EXPECT_LE(list.memory_usage() + 2 * 600 * sizeof(double), with_flow);
+  EXPECT_EQ(list.flow_arrays(0).dissipated, nullptr);
 }
 
 TEST(PairList, PairsAreCountedWithoutAWrap)
@@ -131,14 +129,18 @@ TEST(PairRules, SayWherePairsAreAtRestAndHowFarTheyAct)
     rules.break_strain = 0.1;
     EXPECT_EQ(rules.of_bond(DEQ, DLIM).cutoff, 1.1 * DEQ);
     EXPECT_EQ(rules.of_bond(2.9, DLIM).cutoff, DLIM);
-    // what is left repels up to R_i + R_j, or to where it broke if that is nearer
-    for (const auto &[deq, rest] : {std::pair(DEQ, SUM), {1.5, 1.1 * 1.5}}) {
-      EXPECT_EQ(rules.of_broken(SUM, deq).deq, rest);
-      EXPECT_EQ(rules.of_broken(SUM, deq).cutoff, contact == Contact::NONE ? 0.0 : rest);
+    // what is left repels up to R_i + R_j, or to where it ended if that is nearer
+    for (const auto &[d, rest] : {std::pair(DEQ, SUM), {1.5, 1.5}}) {
+      EXPECT_EQ(rules.of_ended(SUM, d).deq, rest);
+      EXPECT_EQ(rules.of_ended(SUM, d).cutoff, contact == Contact::NONE ? 0.0 : rest);
     }
     EXPECT_TRUE(rules.has_history());
-    rules = {contact, 0.3, true, 0.0};
+    rules = {contact, 0.3, true, 0.1};
     EXPECT_TRUE(rules.has_history());
+    EXPECT_EQ(rules.of_bond(DEQ, DLIM).cutoff, DLIM) << "a failure strain of spheres";
+    // it is like any other once it has been beyond R_i + R_j
+    EXPECT_EQ(rules.of_ended(SUM, 1.5).deq, 1.5);
+    EXPECT_EQ(rules.of_ended(SUM, 1.5).cutoff, contact == Contact::NONE ? 0.0 : SUM);
     EXPECT_TRUE(rules.flow_of_bonds() == Flow::STAYS &&
                 rules.flow_of_contacts() == Flow::COMPRESSES);
   }

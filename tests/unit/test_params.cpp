@@ -82,7 +82,9 @@ std::vector<BondLine> read_all(const std::string &text, const std::string &file 
 
 std::string header(int64_t count)
 {
-  return EVP::bond_header(count, "si") + "\n";
+  EVP::BondHeader header;
+  header.bonds = count;
+  return EVP::bond_header(header, "si") + "\n";
 }
 
 }    // namespace
@@ -111,6 +113,8 @@ TEST(ParseRow, RefusesWhatIsNoRow)
 {
   const std::string rule = "(a row has e1 m1 n1 e2 m2 n2 xi_s gamma alpha)";
   const std::string number = "finite decimal number", both = " spacing 1 coordination 2";
+  std::string many;
+  for (int k = 0; k < 33; k++) many += " " + std::to_string(k) + " 1";
   const std::string together = "spacing and coordination are given together";
   const std::vector<std::vector<std::string>> cases = {
       {"", rule, "expected 9 values, got 0"},
@@ -144,7 +148,7 @@ TEST(ParseRow, RefusesWhatIsNoRow)
       {"80 200 4 3 8 4 0.999 0 1.5", "overflow"},    // (1 - xi_s)^-(m+1) = 1e603 when compressed
       {"1e308 8 4 3 8 4 0.005 0 1.5", "overflow"},
       {TABLE1 + " pitch 1", "unknown keyword 'pitch'", "after its 9 values",
-       "spacing, coordination, kv, density, saturation"},
+       "spacing, coordination, kv, density, flow"},
       {TABLE1 + " e1 1", "unknown keyword 'e1'"},
       {TABLE1 + " Spacing 1 coordination 2", "unknown keyword 'Spacing'"},
       {TABLE1 + both + " 3", "unknown keyword '3'"},
@@ -152,7 +156,16 @@ TEST(ParseRow, RefusesWhatIsNoRow)
       {TABLE1 + " spacing 1", together},
       {TABLE1 + " coordination 1 kv 4", together},
       {TABLE1 + " kv -1", "kv must lie between 0 and 1e100", "got -1"},
-      {TABLE1 + " saturation -1", "saturation must be zero or positive", "got -1"},
+      {TABLE1 + " saturation 1", "saturation of a row is gone", "flow p0 Y0 p1 Y1"},
+      {TABLE1 + " flow", "flow needs 1 to 32 points", "got 0 numbers"},
+      {TABLE1 + " flow 0 1 0.1", "got 3 numbers"},
+      {TABLE1 + " flow" + many, "got 66 numbers"},
+      {TABLE1 + " flow 0.1 1", "flow must begin with 0 1", "got 0.1 1"},
+      {TABLE1 + " flow 0 1.1", "flow must begin with 0 1", "got 0 1.1"},
+      {TABLE1 + " flow 0 1 0.1 2 0.1 3", "plastic strains of flow must ascend",
+       "got 0.1 after 0.1"},
+      {TABLE1 + " flow 0 1 0.1 0", "limits of flow must be positive and below 37.8414", "got 0"},
+      {TABLE1 + " flow 0 1 0.1 37.9", "limits of flow", "got 37.9"},
       {TABLE1 + " kv 1e101", "kv must lie between 0 and 1e100", "got 1e+101"}};
   for (const auto &one : cases) expect_bad_row(one[0], {one.begin() + 1, one.end()});
   for (const std::string value : {"0", "-1", "-0"})
@@ -165,20 +178,20 @@ TEST(ParseRow, RefusesWhatIsNoRow)
 TEST(ParseRow, TakesKeywordsInAnyOrder)
 {
   Row row = row_of(TABLE1);
-  EXPECT_EQ(row, (Row{80, 8, 4, 3, 8, 4, 0.005, 0, 1.5, 0, 0, 0, 0, 0}));
-  EXPECT_FALSE(row_of(TABLE1 + " kv 3 density 2700 saturation 2").is_scaled());
+  EXPECT_EQ(row, (Row{80, 8, 4, 3, 8, 4, 0.005, 0, 1.5}));
+  EXPECT_FALSE(row_of(TABLE1 + " kv 3 density 2700 flow 0 1").is_scaled());
   row.spacing = 0.00442;
   row.coordination = 11.9;
   EXPECT_EQ(row_of(TABLE1 + " coordination 11.9 spacing 4.42e-3"), row);
   EXPECT_TRUE(row.is_scaled());
   row.kv = 1000.0;
   row.density = 2700.0;
-  row.saturation = 0.3;
+  row.flow = {2, {0.0, 0.2}, {1.0, 1.5}};
   EXPECT_EQ(
-      row_of(TABLE1 + " spacing 0.00442 coordination 11.9 kv 1e3 density 2700 saturation 0.3"),
+      row_of(TABLE1 + " spacing 0.00442 coordination 11.9 kv 1e3 density 2700 flow 0 1 .2 1.5"),
       row);
   EXPECT_EQ(
-      row_of(TABLE1 + " saturation 0.3 density 2700 coordination 11.9 kv 1000 spacing 4.42e-3"),
+      row_of(TABLE1 + " flow 0 1 .2 1.5 density 2700 coordination 11.9 kv 1000 spacing 4.42e-3"),
       row);
   EXPECT_EQ(row_of(TABLE1 + " kv 0"), row_of(TABLE1));
   EXPECT_EQ(row_of(TABLE1 + " kv 1e100").kv, 1e100);
@@ -187,8 +200,9 @@ TEST(ParseRow, TakesKeywordsInAnyOrder)
 // a data file holds row_text(), of which read_data makes pair_coeff again
 TEST(RowText, IsReadAsTheSameRow)
 {
-  for (const std::string words :
-       {"", " kv 0.1", " spacing 0.00442 coordination 11.9 density 2700 saturation 0.1"}) {
+  for (const std::string words : {"", " kv 0.1",
+                                  " spacing 0.00442 coordination 11.9 density 2700 flow 0 1 0.1 "
+                                  "1.5 0.30000000000000004 0.5"}) {
     const std::string text = "0.1 8 4 0.30000000000000004 8 4 0.005 0 1.5" + words;
     EXPECT_EQ(row_text(row_of(text)), text);
   }
@@ -270,48 +284,48 @@ TEST(RowFromText, RefusesBadFilesWithNameAndLine)
 
 TEST(BondText, ReadsBackToTheLastBit)
 {
+  using EVP::Remembered;
   const double third = 1.0 / 3.0, eps = std::numeric_limits<double>::epsilon();
-  const std::vector<BondLine> bonds = {{1, 2, third, {0.1 * third, third, 7.0 * third, 0.0}},
-                                       {2, 3, 1.0 + eps, {0.0, 0.0, 0.0, 1.0}},
-                                       {3, 4, 1.0 - eps / 2.0, {-0.25, 0.5, 1e-300, 0.0}, true},
+  const std::vector<BondLine> bonds = {{1, 2, third},
+                                       {2, 3, 1.0 + eps, Remembered::APART},
+                                       {3, 4, 1.0 - eps / 2.0, Remembered::CONTACT},
                                        {7, 999999999999999999, 6.02e23},
                                        {4, 5, 1e-100 * third},
                                        {5, 6, 0.1 + 0.2}};
-  for (const bool with_history : {false, true}) {
-    std::string text = header((int64_t) bonds.size());
-    for (const auto &bond : bonds) text += EVP::bond_text(bond, with_history);
-    const std::vector<BondLine> again = read_all(text);
-    ASSERT_EQ(again.size(), bonds.size());
-    for (size_t k = 0; k < bonds.size(); k++) {
-      EXPECT_EQ(again[k].id_i, bonds[k].id_i);
-      EXPECT_EQ(again[k].id_j, bonds[k].id_j);
-      EXPECT_EQ(again[k].deq, bonds[k].deq) << "17 digits are enough for every double";
-      EXPECT_EQ(again[k].has_changed(), with_history && k < 3);
-      if (!with_history) continue;
-      const auto &found = again[k].history, &history = bonds[k].history;
-      EXPECT_NEAR(found.q, history.q, eps * std::fabs(history.q));    // q is a length in the file
-      EXPECT_EQ(found.k, history.k);
-      EXPECT_EQ(found.work, history.work);
-      EXPECT_EQ(found.broken, history.broken);
-      EXPECT_EQ(again[k].is_contact, bonds[k].is_contact);
-    }
+  EVP::BondHeader header;
+  header.bonds = 4;
+  header.contacts = 2;
+  std::string text = EVP::bond_header(header, "si") + "\n";
+  for (const auto &bond : bonds) text += EVP::bond_text(bond);
+  const std::vector<BondLine> again = read_all(text);
+  ASSERT_EQ(again.size(), bonds.size());
+  for (size_t k = 0; k < bonds.size(); k++) {
+    EXPECT_EQ(again[k].id_i, bonds[k].id_i);
+    EXPECT_EQ(again[k].id_j, bonds[k].id_j);
+    EXPECT_EQ(again[k].deq, bonds[k].deq) << "17 digits are enough for every double";
+    EXPECT_EQ(again[k].kind, bonds[k].kind);
   }
 }
 
-TEST(BondReader, ReadsSpheresBackToTheLastBit)
+TEST(BondReader, ReadsHeaderAndSpheresBackToTheLastBit)
 {
-  std::istringstream stream(EVP::bond_header(1, "si", EVP::BodyRule::TYPE, 1.3, 2) + "\n" +
-                            EVP::sphere_text({7, -1.0 / 3.0, 0.0}) + EVP::bond_text({1, 2, 0.01}) +
-                            EVP::sphere_text({9, 2.0 / 3.0, 0.1 + 0.2}));
+  const EVP::SphereLine one = {7, {1.0 / 3.0, 0.1 + 0.2, 1e-9, 12, 13, -1.0 / 3.0, 0.7, 0, 0}};
+  EVP::SphereLine other = one;
+  other.id = 9;
+  std::istringstream stream(EVP::bond_header({1, EVP::BodyRule::TYPE, 1.3, 0, 5, 2}, "si") + "\n" +
+                            EVP::sphere_text(one) + EVP::bond_text({1, 2, 0.01}) +
+                            EVP::sphere_text(other));
   EVP::BondReader reader(stream, "body.bonds", "si");
   std::vector<BondLine> bonds;
   while (reader.read(bonds, 1)) {}
   ASSERT_EQ(reader.spheres.size(), 2u);
   EXPECT_EQ(bonds.size(), 1u);
-  EXPECT_EQ(reader.zone, 1.3);
-  EXPECT_EQ(reader.spheres[0].rho, -1.0 / 3.0);
+  EXPECT_EQ(reader.header.zone, 1.3);
+  EXPECT_EQ(reader.header.ended, 5);
+  EXPECT_TRUE(reader.header.within == EVP::BodyRule::TYPE);
   EXPECT_EQ(reader.spheres[1].id, 9);
-  EXPECT_EQ(reader.spheres[1].gap, 0.1 + 0.2);
+  for (int k = 0; k < EVP::SphereLine::NVALUES; k++)
+    EXPECT_EQ(reader.spheres[0].values[k], one.values[k]);
 }
 
 TEST(BondReader, SkipsCommentsEmptyLinesAndDosLineEnds)
@@ -329,6 +343,7 @@ TEST(BondReader, NamesLineCauseAndFileOfEachDamage)
 {
   const std::string expected = "expected the header '# EVP bonds COUNT: 0 UNITS: si'";
   const std::string path = std::string(300, 'p') + "/body.bonds";
+  const std::string SPHERE = "sphere 1 0 0 0 12 12 -0.5 0.7 0 0\n";
   const std::vector<std::vector<std::string>> cases = {
       {"", "the bond file is empty"},
       {"1 2 0.01\n", "line 1: " + expected},
@@ -339,27 +354,25 @@ TEST(BondReader, NamesLineCauseAndFileOfEachDamage)
       {header(3) + "1 2 0.01\n2 3 0.01\n", "holds 2 bonds, its header says 3", "incomplete"},
       {header(1) + "1 2 0.01\n2 3 0.01\n", "holds 2 bonds, its header says 1"},
       {header(1) + "1 2 0.01", "line 2: the last line has no line end"},    // maybe 0.0101234
-      {header(1) + "1 2\n", "line 2: expected 3 or 7 values, got 2",
-       "id_i id_j deq q k work broken"},
-      {header(1) + "1 2 0.0\r1\n", "line 2: expected 3 or 7 values, got 4"},    // never 0.01
+      {header(1) + "1 2\n", "line 2: expected 'id_i id_j deq', got 2 values"},
+      {header(1) + "1 2 0.0\r1\n", "line 2: expected 'id_i id_j deq', got 4"},    // never 0.01
+      {header(1) + "contact 1 2\n", "line 2: expected 'id_i id_j deq', got 2"},
+      {header(1) + "broken 1 2 0.01\n", "line 2: expected 'id_i id_j deq', got 4"},
       {header(1) + "0 2 0.01\n", "line 2: id_i must be", "at least 1, got '0'"},
       {header(1) + "1 2.0 0.01\n", "line 2: id_j must be", "got '2.0'"},
       {header(1) + "1 99999999999999999999 0.01\n", "line 2: id_j must be", "at most 18 digits"},
       {header(1) + "1 2 0\n", "line 2: deq must be positive, got 0"},
       {header(1) + "1 2 nan\n", "line 2: deq must be a finite decimal number, got 'nan'"},
       {header(1) + std::string("1 2 0.\0\n", 8), "line 2: deq must be a finite decimal number"},
-      {header(1) + "1 2 0.01 inf 0 0 0\n", "line 2: q must be a finite decimal number"},
-      {header(1) + "1 2 0.01 0 -1 0 0\n", "line 2: k must be zero or positive, got -1"},
-      {header(1) + "1 2 0.01 0 0 1e999 0\n", "line 2: work must be a finite decimal number"},
-      {header(1) + "1 2 0.01 0 0 0 3\n",
-       "line 2: broken must be 0 (a bond), 1 (a broken bond) or 2"},
-      {header(0) + "sphere 1 0.5 0\n", "holds 1 spheres, its header says 0", "incomplete"},
-      {EVP::bond_header(0, "si", EVP::BodyRule::ALL, 0.0, 2) + "\nsphere 1 0.5 0\n",
+      {header(0) + "contact 1 2 0.01\n", "holds 1 contacts, its header says 0", "incomplete"},
+      {header(0) + SPHERE, "holds 1 spheres, its header says 0", "incomplete"},
+      {EVP::bond_header({0, EVP::BodyRule::ALL, 0.0, 0, 0, 2}, "si") + "\n" + SPHERE,
        "holds 1 spheres, its header says 2"},
-      {header(0) + "sphere 1 0.5\n", "line 2: expected 'sphere id rho0 gap', got 3 words"},
-      {header(0) + "sphere 0 0.5 0\n", "line 2: id must be", "at least 1, got '0'"},
-      {header(0) + "sphere 1 nan 0\n", "line 2: rho0 must be a finite decimal number"},
-      {header(0) + "sphere 1 0.5 -1\n", "line 2: gap must be zero or positive, got -1"}};
+      {header(0) + "sphere 1 0.5\n", "line 2: expected 'sphere id p work slip", "got 3 words"},
+      {header(0) + "sphere 0 0 0 0 0 0 0 0 0 0\n", "line 2: id must be", "at least 1, got '0'"},
+      {header(0) + "sphere 1 nan 0 0 0 0 0 0 0 0\n",
+       "line 2: a value of a sphere must be a finite"},
+      {header(0) + "sphere 1 0 0 0 0 0 0 0 -1 0\n", "must be zero or positive, got -1"}};
   for (const auto &parts : cases) {
     SCOPED_TRACE(parts[0]);
     const std::string what =

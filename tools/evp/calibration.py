@@ -1,21 +1,16 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Calibration: the row that gives E, the 0.2 % yield stress, stresses at strains, Poisson's ratio and where asked for an over-stress.
 
-A closed form gives the first row: the curve of a body whose bonds all share one strain. Bonds of every direction, free sideways
-(model of fix evp/volume included): a bond at the angle t to the axis is stretched by sqrt((1+a)^2 cos^2 t + (1+b)^2 sin^2 t) and has
-flowed (`plasticity isotropic`); b minimises the work
+A closed form gives the first row: in a body with Nb/V bonds and N/V particles per volume, the network of bonds has
+the moduli E0 = m1 n1 e1 Nb/(6 V), K = E0/1.5, G = 0.4 E0, and fix evp/volume adds kv N/V to K. Where the body flows its
+true stress is REACH E y, y the limit of its bonds at the plastic strain of the time: the table `flow` has a point at the
+plastic strain of each target.
 
-    W/E0 = 6/(m1 n1) <(Psi + D)/e1> + x/2 theta^2,   theta = 3 <stretch - 1>,   x = kv N/(V E0),   E0 = m1 n1 e1 Nb/(6 V)
-
-<> is the mean over directions, Nb/V bonds and N/V particles per volume. Nominal stress/E0 = dW/da. Real bodies differ from it by
-some per cent, and by more far beyond yield, where bonds leave: it is where calibration starts.
-
-Then quasi-static runs, whose results a table keeps: scipy looks for the least squares of the logarithms of measured over target, with
-the slopes of the closed form. Rows are rounded before they run: the row written is one that ran. The over-stress is linear in gamma: a run
-with gamma and its twin without.
+Quasi-static runs follow, whose results a table keeps: each value that the closed form is given is multiplied by
+target/measured. Rows are rounded before they run: the row written is one that ran. The over-stress is linear in gamma: a
+run with gamma and its twin without.
 """
 
-import contextlib
 import fcntl
 import json
 import math
@@ -27,7 +22,6 @@ import time
 from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
-import scipy.optimize
 from scipy.integrate import trapezoid
 
 from . import curves, dump, figures, law, specimen
@@ -38,10 +32,11 @@ from .run import Failed, Job, last_strain, run_jobs
 EXPONENTS = (8.0, 4.0)  # of both regimes, as in Table 1
 ALPHA = 1.5
 LEAST_NU, LARGEST_NU = 0.25, 0.42  # of central forces alone; where lateral stiffness leaves the closed form (doc/fix_evp_volume.rst)
-XI_RANGE = (2e-5, 0.05)  # of xi_s: below, round-off of positions shows; above, the first regime itself is bent
-SOFTENING_RANGE = (1e-6, 0.98)  # of e2/e1: no hardening; the second regime must stay softer than the first
-LEAST_GUESS = 1e-3  # e2/e1 of the first row, at least: real bodies harden less than the closed form, where bonds cannot rearrange
-BEND_RANGE = (0.01, 100.0)  # of 1/k_s: linear below; hardening ends at a bond strain of a few per cent
+NU_LIMIT = 0.48  # of the closed form
+XI_RANGE = (2e-5, 0.05)  # of y: below, round-off of positions shows; above, the first regime itself is bent
+SOFTENING = 3.0 / 80.0  # e2/e1 as in Table 1: with a table flow only eq. 8, plasticity none, has a second regime
+REACH = 1.9  # true stress of a body that flows, over E y
+TAIL = 2.0  # times the last plastic strain: end of a table that rises there, or the weakest section would flow alone
 BULK, SHEAR = 1.0 / 1.5, 0.4  # K/E0 without the volume energy, which adds x; G/E0
 LARGEST_STRAIN = 0.4  # of a target: not measured beyond
 DENSITIES = (100.0, 3e4)  # [kg/m3] between which the unit is no doubt
@@ -58,8 +53,8 @@ LENGTH, RADIUS = 0.05, 0.02  # of the cylinder [m]
 RULES = {"plasticity": "isotropic", "contact": "repulsive"}
 ELASTIC = 0.4  # of xi_s: strain of the first leg, whose end gives Poisson's ratio
 OVERSHOOT = 1.1  # grip strain at the end, over the one at which the middle would reach the target in proportion
+FURTHER = 3  # legs at most, where that was not enough
 YIELDED = 1.3  # of the strain at the offset yield stress: end of the second leg
-_COS, _WEIGHTS = (lambda nodes: (0.5 * (nodes[0] + 1.0), 0.5 * nodes[1]))(np.polynomial.legendre.leggauss(100))  # on (0, 1)
 HEAD = """# UNITS: si CONTRIBUTOR: tools/calibrate.py, which appends the rows
 # NAME e1 m1 n1 e2 m2 n2 xi_s gamma alpha, then spacing [m] and coordination of the body that it was found on, kv [J], density of the solid [kg/m3]
 """
@@ -89,6 +84,12 @@ class Targets(NamedTuple):
     def yield_strain(self):
         """Yield stress/E."""
         return self.yield_stress / self.modulus
+
+    @property
+    def plastic(self):
+        """Plastic strains of the points, from the least strain on: true strain less true stress/E, as sizes."""
+        ordered = sorted(self.points, key=lambda point: abs(point[1]))
+        return [abs(math.log1p(strain)) - stress * (1.0 + strain) / self.modulus for stress, strain in ordered]
 
     @property
     def strain(self):
@@ -127,6 +128,9 @@ def check(targets):
             raise ValueError(f"--stress: {stress:.6g} Pa at {strain:g} is not above the stress before, {before:.6g} Pa. The law hardens: end at the largest force "
                              "(nominal stresses of a compression grow with the cross-section: give negative strains if those are meant)")
         before = stress
+    if np.any(np.diff([YIELD_OFFSET, *map(rounded, targets.plastic)]) <= 0.0):
+        raise ValueError("--stress: between two stresses the curve rises steeper than E: "
+                         "is one of them at the strain of another?")
     if targets.rates:
         ordered = sorted(targets.rates, key=lambda pair: pair[1])
         (over0, rate0), (over1, rate1) = ordered[0], ordered[-1]
@@ -193,17 +197,8 @@ def check_file(path, name):
         raise ValueError(f"--name: {path} holds a row '{name}' already: give another name, or take that row out")
 
 
-class Shape(NamedTuple):
-    """What the curve over E0 depends on."""
-
-    softening: float  # e2/e1
-    xi_s: float
-    volume: float  # x above
-    bend: float = 0.0  # 1/k_s; 0: linear hardening
-
-
 def volume_ratio(nu):
-    """x that gives Poisson's ratio nu."""
+    """kv N/(V E0) that gives Poisson's ratio nu."""
     return 2.0 * SHEAR * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu)) - BULK
 
 
@@ -211,34 +206,6 @@ def moduli(volume):
     """(E/E0, Poisson's ratio) with the volume energy, the latter the inverse of volume_ratio()."""
     bulk = BULK + volume
     return 9.0 * bulk * SHEAR / (3.0 * bulk + SHEAR), (3.0 * bulk - 2.0 * SHEAR) / (2.0 * (3.0 * bulk + SHEAR))
-
-
-def affine_stress(strains, shape):
-    """Nominal stress/E0 at nominal strains (S,) other than 0, free sideways."""
-    m, n = EXPONENTS
-    row = law.Row(1.0, m, n, shape.softening, m, n, shape.xi_s, 0.0, ALPHA)
-    found, saturation = [], 1.0 / shape.bend if shape.bend > 0.0 else 0.0
-    c2, s2 = _COS**2, 1.0 - _COS**2
-
-    def pull(a, b):
-        """(axial, lateral) dW of a, b."""
-        stretch = np.sqrt((1.0 + a) ** 2 * c2 + (1.0 + b) ** 2 * s2)
-        tension = -law.elastic_force(stretch, 1.0, row, law.return_map(stretch, 1.0, row, 0.0, 0.0, saturation)[0])
-        theta = 3.0 * np.sum(_WEIGHTS * (stretch - 1.0))
-        along = _WEIGHTS * (6.0 / (m * n) * tension + 3.0 * shape.volume * theta) / stretch
-        return np.sum(along * c2) * (1.0 + a), np.sum(along * s2) * (1.0 + b)
-
-    for a in strains:
-        b = scipy.optimize.brentq(lambda lateral: pull(a, lateral)[1], -0.8 * a, 0.1 * a, xtol=1e-14, rtol=1e-12)
-        found.append(pull(a, b)[0])
-    return np.array(found)
-
-
-def affine_offset(shape):
-    """0.2 % offset yield stress/E0, of a curve whose straight part has the slope E."""
-    slope, _ = moduli(shape.volume)
-    strain = scipy.optimize.brentq(lambda a: affine_stress([a], shape)[0] - slope * (a - YIELD_OFFSET), YIELD_OFFSET * (1.0 + 1e-9), 0.5, xtol=1e-12)
-    return slope * (strain - YIELD_OFFSET)
 
 
 class Body(NamedTuple):
@@ -300,17 +267,18 @@ def legs(xi_s, targets, finer):
 
 
 class Material(NamedTuple):
-    """A row; kv [J] and saturation: 0 without."""
+    """A row; kv [J]: 0 without; flow: p0 Y0 p1 Y1 ..., or nothing."""
 
     row: law.Row
     kv: float = 0.0
-    saturation: float = 0.0
+    flow: Tuple[float, ...] = ()
 
     def words(self, spacing, coordination):
         """As a potential file has it after the name; the measures of the body are texts."""
-        further = {"kv": self.kv, "saturation": self.saturation}
-        return " ".join([f"{value:.6g}" for value in self.row] + [f"spacing {spacing} coordination {coordination}"]
-                        + [f"{name} {value:.6g}" for name, value in further.items() if value > 0.0])
+        numbers = {"": self.row, f"spacing {spacing} coordination {coordination}": (), "kv": (self.kv,) if self.kv else None,
+                   "flow": self.flow or None}
+        return " ".join(" ".join([name, *(f"{value:.6g}" for value in values)]).strip()
+                        for name, values in numbers.items() if values is not None)
 
 
 def typed(body, material):
@@ -332,16 +300,24 @@ def pull_material(body, material, xi_s, targets, finer, ranks, folder, timeout, 
     ends[0] = tuple(0.5 * value for value in ends[0])  # the middle may be stretched twice as far as the grips say
     begin = time.monotonic()
     (folder / "pull.csv").unlink(missing_ok=True)  # of the run before, which would be taken for progress
-    for number, (end, increment) in enumerate(ends):
+
+    def go(end, increment, resume="yes"):
         variables = {"specimen": body.path.name, **material, **RULES, "strain": f"{end:.9g}", "increment": f"{increment:.9g}",
-                     "resume": "yes" if number else "no", "out": "pull"}
+                     "resume": resume, "out": "pull"}
         left = timeout - (time.monotonic() - begin)
         call("in.quasistatic", variables, ranks, folder, left, title, lambda: last_strain(folder / "pull.csv") / ends[-1][0])
-        if number == 0:
-            state = dump.last_positions(folder / "pull_state.dump")
-            share = last_strain(folder / "pull.csv") / math.copysign(read_curve(folder / "pull.csv")[0][-1], end)
-            ends[1:] = [(OVERSHOOT * share * end, share * size) for end, size in ends[1:]]
-    strain, stress = read_curve(folder / "pull.csv")
+        return read_curve(folder / "pull.csv")
+
+    strain, stress = go(*ends[0], resume="no")
+    state = dump.last_positions(folder / "pull_state.dump")
+    share = last_strain(folder / "pull.csv") / math.copysign(strain[-1], targets.strain)
+    ends[1:] = [(OVERSHOOT * share * end, share * size) for end, size in ends[1:]]
+    for end, increment in ends[1:]:
+        strain, stress = go(end, increment)
+    for _ in range(FURTHER):
+        if strain[-1] < abs(targets.strain):
+            ends[-1] = (ends[-1][0] * OVERSHOOT * abs(targets.strain) / strain[-1], ends[-1][1])
+            strain, stress = go(*ends[-1])
     if strain[-1] < abs(targets.strain):
         raise Failed(f"the middle of the body was stretched to {strain[-1]:.4g} only: it is no thinner than the ends")
     modulus = curves.modulus(strain, stress)
@@ -433,53 +409,23 @@ class Result(NamedTuple):
         return max(map(abs, self.residuals.values()))
 
 
-class Ended(Exception):
-    """Leaves the search: a run has met the targets, or was the last."""
-
-
-class ClosedForm:
-    """The closed form of a body with these targets. Unknowns: log E0 [Pa], log xi_s, e2/e1, with nu x, with several points 1/k_s."""
-
-    def __init__(self, targets, body):
-        self.targets, self.body = targets, body
-        self.with_nu, self.bends = targets.nu is not None, len(targets.points) > 1
-        limits = [(-np.inf, np.inf), np.log(XI_RANGE), SOFTENING_RANGE] + [(0.0, np.inf)] * self.with_nu + [(0.0, BEND_RANGE[1])] * self.bends
-        self.bounds = tuple(np.array(limits).T)
-        self.weights = np.array([OWN, 1.0] + [1.0] * len(targets.points) + [OWN] * self.with_nu)
-
-    def shape(self, unknowns):
-        volume = unknowns[3] if self.with_nu else 0.0
-        return Shape(unknowns[2], math.exp(unknowns[1]), volume, unknowns[-1] if self.bends else 0.0)
-
-    def material(self, unknowns):
-        """The Material, as it is printed."""
-        network, shape, body, (m, n) = math.exp(unknowns[0]), self.shape(unknowns), self.body, EXPONENTS
-        e1 = rounded(6.0 * network * body.volume / (m * n * body.bonds))
-        row = law.Row(e1, m, n, rounded(shape.softening * e1), m, n, rounded(shape.xi_s), 0.0, ALPHA)
-        return Material(row, rounded(shape.volume * network * body.volume / body.count), rounded(1.0 / shape.bend) if shape.bend > BEND_RANGE[0] else 0.0)
-
-    def misfit(self, unknowns):
-        """log of each result over its target, in their order, times its weight."""
-        shape, network = self.shape(unknowns), math.exp(unknowns[0])
-        stiffening, nu = moduli(shape.volume)
-        stresses = affine_stress([strain for _, strain in self.targets.points], shape)
-        found = network * np.array([stiffening, affine_offset(shape), *np.abs(stresses)])
-        return self.weights * np.log(np.append(found, nu if self.with_nu else []) / [value for value, _ in self.targets.aims.values()])
-
-    def slopes(self, unknowns):
-        """(results, unknowns) of the misfit."""
-        steps = 0.02 * np.maximum(np.abs(unknowns), np.array([1.0, 1.0, LEAST_GUESS] + [0.1] * self.with_nu + [1.0] * self.bends))
-        return scipy.optimize.approx_fprime(unknowns, self.misfit, np.where(unknowns + steps > self.bounds[1], -steps, steps))
-
-    def start(self):
-        """Unknowns of the first run."""
-        volume = volume_ratio(self.targets.nu) if self.with_nu else 0.0
-        first = [math.log(self.targets.modulus / moduli(volume)[0]), math.log(0.5 * self.targets.yield_strain), 0.03]
-        first += [max(volume, 0.01)] * self.with_nu + [5.0] * self.bends
-        first[1] = float(np.clip(first[1], *np.log(XI_RANGE) + [0.1, -0.1]))
-        found = scipy.optimize.least_squares(self.misfit, first, self.slopes, self.bounds, x_scale="jac", xtol=1e-3, ftol=1e-3, max_nfev=30).x
-        found[2] = max(found[2], LEAST_GUESS)
-        return found
+def material_of(aims, targets, body):
+    """The Material, as it is printed, that by the closed form gives these aims, {name: value} as of Targets.aims."""
+    (m, n), volume = EXPONENTS, max(0.0, volume_ratio(min(aims["nu"], NU_LIMIT))) if "nu" in aims else 0.0
+    network = aims["E"] / moduli(volume)[0]
+    e1 = rounded(6.0 * network * body.volume / (m * n * body.bonds))
+    places = sorted((strain for _, strain in targets.points), key=abs)
+    stresses = [aims["yield"], *(aims[at(strain)] * (1.0 + strain) for strain in places)]
+    plastic, limits = [0.0, *targets.plastic], list(np.array(stresses) / (REACH * aims["E"]))
+    slope = (limits[-1] - limits[-2]) / (plastic[-1] - plastic[-2])
+    if slope > 0.0:
+        limits.append(limits[-1] + slope * (TAIL - 1.0) * plastic[-1])
+        plastic.append(TAIL * plastic[-1])
+    limits = np.clip(limits, *XI_RANGE)
+    flow = [(rounded(place), rounded(limit / limits[0])) for place, limit in zip(plastic, limits)]
+    row = law.Row(e1, m, n, rounded(SOFTENING * e1), m, n, rounded(limits[0]), 0.0, ALPHA)
+    kv = rounded(volume * network * body.volume / body.count)
+    return Material(row, kv, tuple(value for point in flow for value in point))
 
 
 class Search:
@@ -488,7 +434,7 @@ class Search:
     def __init__(self, targets, body, table, ranks, folder, timeout, say):
         self.targets, self.body, self.table = targets, body, table
         self.ranks, self.folder, self.timeout, self.say = ranks, folder, timeout, say
-        self.closed_form, self.results = ClosedForm(targets, body), {}  # by material, in the order of the runs
+        self.results = {}  # by material, in the order of the runs
 
     def run(self, number, material):
         """Record of the run: from the table, or made; that of the last attempt where every one failed."""
@@ -517,45 +463,38 @@ class Search:
             record = self.table.add({**key, **others, "seconds": round(time.monotonic() - begin, 2), **ended})
         return record
 
-    def misfit(self, unknowns):
-        """log of each result of a run over its target, times its weight; Ended after the last run."""
-        material = self.closed_form.material(unknowns)
-        result = self.results.get(material)
-        if result is None:
-            number = len(self.results) + 1
-            record = self.run(number, material)
-            if record["state"] != "done":
-                if not self.results:
-                    raise ValueError(f"run {number} failed {len(SMALLER)} times, last: {record['reason']}; the run table is {self.table.path}")
-                raise Ended
-            residuals = self.targets.off(record["found"])
-            result = Result(material, record["found"], residuals, (np.array(record["strain"]), np.array(record["stress"])), number)
-            self.results[material] = result
-            shown = ", ".join(f"{name} {100 * value:+.2f} %" for name, value in residuals.items())
-            self.say(f"run {number}: {shown} ({record['seconds']:.0f} s)")
-            if result.worst <= WITHIN or number == MOST_RUNS:
-                raise Ended
-        return self.weighed(result)
+    def result(self, material):
+        """Result of a run; None where it failed and is not the first."""
+        number = len(self.results) + 1
+        record = self.run(number, material)
+        if record["state"] != "done":
+            if not self.results:
+                raise ValueError(f"run {number} failed {len(SMALLER)} times, last: {record['reason']}; "
+                                 f"the run table is {self.table.path}")
+            return None
+        residuals = self.targets.off(record["found"])
+        shown = ", ".join(f"{name} {100 * value:+.2f} %" for name, value in residuals.items())
+        self.say(f"run {number}: {shown} ({record['seconds']:.0f} s)")
+        curve = np.array(record["strain"]), np.array(record["stress"])
+        return Result(material, record["found"], residuals, curve, number)
 
     def pull(self):
-        """The Result nearest to the quasi-static targets, by the squares that the search minimizes."""
-        with contextlib.suppress(Ended):
-            scipy.optimize.least_squares(self.misfit, self.closed_form.start(), self.closed_form.slopes, self.closed_form.bounds, x_scale="jac",
-                                         ftol=1e-2, xtol=1e-4)
-        return min(self.results.values(), key=lambda result: np.linalg.norm(self.weighed(result)))._replace(runs=len(self.results))
+        """The Result nearest to the quasi-static targets, by the squares."""
+        aims, result = {name: value for name, (value, _) in self.targets.aims.items()}, None
+        while len(self.results) < MOST_RUNS and not (result and result.worst <= WITHIN):
+            material = material_of(aims, self.targets, self.body)
+            result = None if material in self.results else self.result(material)
+            if not result:
+                break
+            self.results[material] = result
+            aims = {name: aims[name] / (1.0 + off) for name, off in result.residuals.items()}
+        return min(self.results.values(), key=self.squares)._replace(runs=len(self.results))
 
-    def weighed(self, result):
-        """log of each value over its target, times its weight."""
-        return self.closed_form.weights * np.log1p(list(result.residuals.values()))
-
-    def why_missed(self, result):
-        """Why no row is nearer, as far as the run shows."""
-        row, found = result.material.row, result.found
-        above = [strain for _, strain in self.targets.points if result.residuals[at(strain)] > WITHIN]
-        if row.e2 > LEAST_GUESS * row.e1 or not above:
-            return ""
-        return (f"The bonds of this row hardly harden, and the body still hardens to {found[at(above[0])] / found['yield']:.3g} of its yield stress at "
-                f"{above[0]:g}, as they yield one after another: the law gives it no sharper curve. ")
+    @staticmethod
+    def squares(result):
+        """Of the logarithms of each value over its target; those of E and nu weigh more."""
+        weights = {"E": OWN, "nu": OWN}
+        return sum((weights.get(name, 1.0) * math.log1p(off)) ** 2 for name, off in result.residuals.items())
 
     def gamma(self, result):
         """(gamma, over-stress/rate found [Pa s]); where several rates are asked for, of the geometric mean of their points."""

@@ -152,8 +152,7 @@ KNOWN = {
     "share_lost": Column("bonds lost", "% of each sphere's", 100.0),
     "new_pairs": Column("new pairs of each sphere"),
     "plastic_work": Column("plastic work of each sphere", "J"),
-    "plastic_strain": Column("plastic strain magnitude", "%", 100.0),
-    "plastic_strain_sum": Column("accumulated plastic strain, lower bound", "%", 100.0),
+    "plastic_strain": Column("equivalent plastic strain", "%", 100.0),
     "volume_strain": Column("volume strain", "%", 100.0),
     "von_mises": Column("von Mises stress", "MPa", 1e-6),
     "triaxiality": Column("triaxiality"),
@@ -168,7 +167,7 @@ KNOWN = {
 }
 LOADS = ("strain", "angle")  # of a whole body, in a dump the same for all its atoms
 # Values of compute evp/state/atom where they are asked for; von_mises comes with fraction.
-ON_REQUEST = {name: name for name in ("plastic_work", "plastic_strain", "plastic_strain_sum", "volume_strain", "triaxiality")}
+ON_REQUEST = {name: name for name in ("plastic_work", "plastic_strain", "volume_strain", "triaxiality")}
 ON_REQUEST["von_mises"] = "von_mises fraction PHI"
 STATE = ("bonds", "share_second", "share_lost", "new_pairs")  # its first four
 
@@ -180,7 +179,7 @@ def how_to_write(name):
     value, place = ON_REQUEST.get(name, ""), STATE.index(name) + 1 if name in STATE else len(STATE) + 1
     compute = f"compute state all evp/state/atom {value}".rstrip()
     return (f"; to write it: '{compute}', c_state[{place}] among the columns of the dump command, and "
-            f"'dump_modify ID colname c_state[{place}] {name}'")
+            f"'dump_modify ID colname c_state[{place}] {name}'" + (", with fix evp/volume" if name == "volume_strain" else ""))
 
 
 def load_text(name, value):

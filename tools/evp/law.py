@@ -8,8 +8,10 @@ src/core/law.h, so that a test which compares the two means something.
 Distances d and deq may have any shapes that broadcast; units are those of the caller (the decks use
 SI: m, J, N). A positive force repels. The fields of a Row may be arrays too, one entry per pair.
 
-Plasticity of pairs (`plasticity isotropic`), as in doc/pair_evp_lj.rst: two values per pair, q [length], the plastic part of its
-distance, and k, its accumulated plastic strain. The return map is exact for any increment. Saturation 0 is linear hardening.
+Plasticity (`plasticity isotropic`), as in doc/pair_evp_lj.rst: flow moves deq. A bond keeps deq and nothing else;
+r = d/deq is held within 1 - y and 1 + y. y is the smaller of the limits of its two spheres, y_i = xi_s Y(p_i), where
+p_i is the equivalent plastic strain of sphere i. All is in closed form for an increment of any size. Strains, y, p and
+|ln| have no unit.
 """
 
 from typing import NamedTuple
@@ -79,44 +81,129 @@ def force(d, deq, row):
     return np.where(is_first, first, potential_force(np.where(is_first, ds, d) - ds + deq, deq, row.e2, row.m2, row.n2) + first)
 
 
+# Mean |ln(deq_new/deq)| of the bonds of a sphere over its equivalent plastic strain: measured on random packings.
+# Affine flow would give 0.385.
+SLIP_PER_STRAIN = 0.31
+MOST_POINTS = 32  # of a flow table
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(32)  # on (-1, 1)
+
+
+class Flowed(NamedTuple):
+    """Pairs after they were brought to d; arrays of the shape to which d, deq, y and the fields of the row broadcast."""
+
+    deq: np.ndarray  # [length]
+    force: np.ndarray  # [energy/length], positive repels
+    stored: np.ndarray  # Psi [energy], zero at rest
+    dissipated: np.ndarray  # D of this increment [energy], zero or positive
+    slip: np.ndarray  # |ln(deq_new/deq)|
+
+
 def hardening(row):
-    """h of the limit, from r, the ratio of the two stiffnesses at rest. ValueError where r >= 1."""
+    """h of the linear rule y = xi_s + 0.31 h p: r/(1 - r), r the ratio of the two stiffnesses at rest.
+
+    ValueError where r >= 1."""
     ratio = row.m2 * row.n2 * np.asarray(row.e2, dtype=float) / (row.m1 * row.n1 * row.e1)
     if np.any(ratio >= 1.0):
-        raise ValueError("plasticity isotropic needs m2 n2 e2 < m1 n1 e1: the second regime must be the softer one")
+        raise ValueError("plasticity isotropic without a flow table needs m2 n2 e2 < m1 n1 e1: "
+                         "the second regime must be the softer one")
     return ratio / (1.0 - ratio)
 
 
-def limit(k, row, saturation=0.0):
-    """(y, dy/dk): the largest elastic strain of a pair that has flowed by k, and its slope."""
-    k, saturation = np.broadcast_arrays(np.asarray(k, dtype=float), np.asarray(saturation, dtype=float))
-    scale = np.where(saturation > 0.0, saturation, 1.0)
-    grown = np.where(saturation > 0.0, -scale * np.expm1(-k / scale), k)
-    slope = np.where(saturation > 0.0, np.exp(-k / scale), 1.0)
-    h = hardening(row)
-    return row.xi_s + h * grown, h * slope
+def largest_limit(row):
+    """The strain at which -F d of eq. 1 is largest, (m1/n1)^(1/(m1 - n1)) - 1: no limit reaches it."""
+    excess = np.asarray(row.m1, dtype=float) - row.n1
+    return np.expm1(np.log1p(excess / row.n1) / excess)
 
 
-def _increment(strain, row, k, saturation):
-    """Plastic strain that brings |elastic strain| to the limit: Newton, from below, on a function that is convex."""
-    y, slope = limit(k, row, saturation)
-    found = np.maximum(strain - y, 0.0) / (1.0 + slope)
-    for _ in range(100):
-        y, slope = limit(k + found, row, saturation)
-        more = np.where(found > 0.0, (strain - found - y) / (1.0 + slope), 0.0)
-        found = found + more
-        if np.all(np.abs(more) <= 1e-16 * (1.0 + found)):
-            break
-    return found
+def check_flow(flow, row):
+    """(p, Y), arrays of the points of a table p0 Y0 p1 Y1 ...; ValueError names the rule that is broken."""
+    table = np.asarray(flow, dtype=float)
+    if table.ndim != 1 or len(table) % 2 or not 2 <= len(table) <= 2 * MOST_POINTS:
+        raise ValueError(f"flow needs pairs p Y, {MOST_POINTS} at most")
+    p, factor = table[0::2], table[1::2]
+    rules = {
+        "all numbers of flow must be finite": np.all(np.isfinite(table)),
+        "flow must begin with 0 1": p[0] == 0.0 and factor[0] == 1.0,
+        "p of flow must ascend": np.all(np.diff(p) > 0.0),
+        "Y of flow must be positive": np.all(factor > 0.0),
+        "xi_s Y must stay below (m1/n1)^(1/(m1-n1)) - 1": np.all(row.xi_s * np.max(factor) < largest_limit(row)),
+    }
+    broken = [rule for rule, holds in rules.items() if not holds]
+    if broken:
+        raise ValueError(broken[0])
+    return p, factor
 
 
-def return_map(d, deq, row, q, k, saturation=0.0):
-    """(q, k) after d was reached; as they were where the elastic strain is within the limit."""
-    strain = (np.asarray(d, dtype=float) - q - deq) / deq
-    increment = _increment(np.abs(strain), row, k, saturation)
-    return q + np.sign(strain) * increment * deq, k + increment
+def limit(p, row, flow=None):
+    """y of spheres: the largest strain that a bond holds; shape to which p and the fields of the row broadcast.
+
+    p: equivalent plastic strain of the spheres; row: that of their own type.
+    flow: p0 Y0 p1 Y1 ..., a table of Y(p), linear between its points, constant beyond the last one: y = xi_s Y(p).
+    Without it the linear rule y = xi_s + 0.31 h p, constant from largest_limit(row) on.
+    """
+    p = np.asarray(p, dtype=float)
+    if flow is not None:
+        return row.xi_s * np.interp(p, *check_flow(flow, row))
+    return np.minimum(row.xi_s + SLIP_PER_STRAIN * hardening(row) * p, largest_limit(row))
 
 
-def elastic_force(d, deq, row, q):
-    """F [energy/length] with q as it is."""
-    return potential_force(d - q, deq, row.e1, row.m1, row.n1)
+def _work_to(log_r, row):
+    """Phi_I(r) - Phi_I(1) of eq. 2 [energy] at ln r.
+
+    The integral of -F d over ln r: its integrand keeps its sign, so that nothing cancels."""
+    log_r = np.asarray(log_r, dtype=float)[..., None]
+    e, m, n = (np.asarray(value, dtype=float)[..., None] for value in (row.e1, row.m1, row.n1))
+    place = 0.5 * log_r * (1.0 + _NODES)
+    pull = -m * n * e / (m - n) * np.exp(-n * place) * np.expm1(-(m - n) * place)
+    return np.sum(0.5 * log_r * _WEIGHTS * pull, axis=-1)
+
+
+def _held(d, deq, y, least, most):
+    """(r_c, ln r_c, ln(r/r_c)): r = d/deq is held at r_c, in 1 + least y .. 1 + most y. Shapes that broadcast."""
+    d, deq, y = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in (d, deq, y)))
+    strain = (d - deq) / deq
+    held = np.clip(strain, least * y, most * y)
+    return 1.0 + held, np.log1p(held), np.log1p((strain - held) / (1.0 + held))
+
+
+def _reduced_force(log_rc, row):
+    """F d of eq. 1 [energy] at ln r_c; a bond that flows keeps it."""
+    e, m, n = row.e1, row.m1, row.n1
+    return m * n * e / (m - n) * np.exp(-n * log_rc) * np.expm1(-(m - n) * log_rc)
+
+
+def _flow(d, deq, row, r_c, log_rc, excess):
+    """Flowed of pairs held at r_c, ln(r/r_c) = excess: deq_new = d/r_c, F = F_I(r_c), D = |F d| |ln(deq_new/deq)|."""
+    reduced, slip = _reduced_force(log_rc, row), np.abs(excess)
+    deq = np.where(slip > 0.0, d / r_c, deq)
+    return Flowed(*np.broadcast_arrays(deq, reduced / d, _work_to(log_rc, row), np.abs(reduced) * slip, slip))
+
+
+def flow_bond(d, deq, row, y):
+    """Flowed of bonds that had deq and are brought to d [length]; y: the smaller limit of their two spheres."""
+    return _flow(np.asarray(d, dtype=float), deq, row, *_held(d, deq, y, -1.0, 1.0))
+
+
+def flow_contact(d, deq, touching, row, y):
+    """Flowed of pairs that only repel, which had deq and are brought to d [length]; touching: R_i + R_j.
+
+    They flow in compression alone. Nothing acts between deq and R_i + R_j; beyond R_i + R_j deq is R_i + R_j again.
+    """
+    d, deq, touching = (np.asarray(value, dtype=float) for value in (d, deq, touching))
+    found = _flow(d, deq, row, *_held(d, deq, y, -1.0, 0.0))
+    acts = d < deq
+    found = Flowed(*(np.where(acts, value, rest) for value, rest in zip(found, (deq, 0.0, 0.0, 0.0, 0.0))))
+    return found._replace(deq=np.where(d > touching, touching, found.deq))
+
+
+def potential(d, deq, row, y, contact=False):
+    """The energy whose slope is the force while deq is held, as in a minimization: Psi + |F| deq r_c |ln(r/r_c)|.
+
+    The second term is D of the flow from deq to where d would bring it. contact: pairs that only repel, bool or an
+    array of it; their energy is zero from deq on.
+    """
+    d, deq = np.asarray(d, dtype=float), np.asarray(deq, dtype=float)
+    _, log_rc, excess = _held(d, deq, y, -1.0, 1.0)
+    found = _work_to(log_rc, row) + np.abs(_reduced_force(log_rc, row) * excess)
+    return np.where(np.logical_and(contact, d >= deq), 0.0, found)

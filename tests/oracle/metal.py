@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Explicit runs of small bodies with `plasticity isotropic`: plain numpy over a fixed list of pairs.
+
+Velocity Verlet as LAMMPS has it: half a kick, drift, forces by the positions and the half-step velocities, half a kick.
+The law of pairs is that of tools/evp/law.py. Order of a step, after the drift:
+
+1. At steps divisible by `every`: p of each sphere that had bonds at the last update grows by (sum of the |ln| that
+   wait)/(number of these bonds)/0.31, the sum begins again, bonds are counted, y = xi_s Y(p). Pairs beyond a y that
+   fell are returned at fixed d, or at dlim where a bond is past it: Psi before - Psi after is dissipated, the |ln| of
+   bonds waits for the next update.
+2. Forces, with deq of the step before, clamped; nothing is changed.
+3. deq moves; half of each D is plastic work of each sphere; |ln| of bonds waits; bonds end. A bond past dlim flows to
+   d = dlim. One that is longer than deq ends where (p_i + p_j)/2 >= XI, and flows to d. Both lose their Psi of there
+   and carry no force in that step. What is left only repels: below R_i + R_j, or the smaller of d and R_i + R_j.
+
+The set-up does 2 alone. Energies close to O(dt^2) while y is constant. Each y that moves, and each bond that ends with
+a force, is a kink or a jump of a force within a timestep: O(dt), with a small factor where y grows.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from evp import law
+
+from .brute import rows_of_pairs
+
+
+class Pairwise(NamedTuple):
+    """What an evaluation finds, arrays over the pairs (P,); it changes nothing."""
+
+    d: np.ndarray  # [length]
+    unit: np.ndarray  # (P, 3), from j to i
+    flowed: law.Flowed  # after the clamp; of bonds past dlim at d = dlim
+    force: np.ndarray  # of eq. 1 behind the clamp [force], positive repels; zero of pairs that do nothing or end
+    damping: np.ndarray  # of eq. 4, along unit [force]
+    past: np.ndarray  # bonds past dlim
+    fails: np.ndarray  # bonds whose spheres have reached the failure strain
+
+
+class Metal:
+    """A body in motion; read its attributes, change them between calls of run() alone.
+
+    x, v (N,3) positions [length] and velocities; radius, mass (N,); IDs are 1..N.
+    rows: one law.Row, or {(type_i, type_j): Row}; flows: one table p0 Y0 p1 Y1 ... or None, or {type: table or None};
+    types (N,) int, default 1. Limits are by the rows and tables of a sphere's own type.
+    bonds: {(id_i, id_j): deq}; contact: none or repulsive; near (P,2): 0-based pairs that may meet, default all others.
+    every: of the updates of p; failure: XI of `break`, None without; prescribed (N,) bool: spheres that keep their v.
+
+    Per pair: i, j (0-based), bonded, deq, touching = R_i + R_j. Per sphere: p, slip (what waits), work, count, y.
+    Energies [energy]: kinetic(), stored(), dissipated, lost, viscous, work_done (by prescribed spheres); ended: bonds.
+    """
+
+    def __init__(self, x, v, radius, mass, rows, bonds, dt, flows=None, types=None, contact="none", near=None, every=10,
+                 failure=None, prescribed=None, p=0.0):
+        if contact not in ("none", "repulsive"):
+            raise ValueError(f"contact {contact} has no plasticity")
+        self.x, self.v = np.array(x, dtype=float), np.array(v, dtype=float)
+        n = len(self.x)
+        self.radius, self.mass = np.broadcast_to(radius, n), np.broadcast_to(np.asarray(mass, dtype=float), n)
+        self.types = np.ones(n, dtype=int) if types is None else np.asarray(types)
+        self.prescribed = np.zeros(n, dtype=bool) if prescribed is None else np.asarray(prescribed)
+        self.dt, self.every, self.failure, self.contact = dt, every, failure, contact
+        known = {(min(a, b) - 1, max(a, b) - 1): deq for (a, b), deq in bonds.items()}
+        others = []
+        if contact == "repulsive":
+            near = np.stack(np.triu_indices(n, 1), axis=1) if near is None else np.sort(near, axis=1)
+            others = [pair for pair in map(tuple, near.tolist()) if pair not in known]
+        self.i, self.j = np.array([*known, *others], dtype=int).reshape(-1, 2).T
+        self.bonded = np.arange(len(self.i)) < len(known)
+        self.touching = self.radius[self.i] + self.radius[self.j]
+        self.deq = np.concatenate([np.fromiter(known.values(), float), self.touching[len(known):]])
+        self.row = rows_of_pairs(rows, self.types[self.i], self.types[self.j])
+        self.dlim = self.row.alpha * self.touching
+        self._laws = {}
+        for kind in np.unique(self.types).tolist():
+            own = rows if isinstance(rows, law.Row) else rows[kind, kind]
+            self._laws[kind] = own, flows[kind] if isinstance(flows, dict) else flows
+        self.p, self.slip, self.work = np.full(n, p, dtype=float), np.zeros(n), np.zeros(n)
+        self.count, self.y = self._to_spheres(self.bonded), self._limits()
+        self.n_steps, self.ended = 0, 0
+        self.dissipated = self.lost = self.viscous = self.work_done = 0.0
+        self._setup()
+
+    def _to_spheres(self, of_pair, sign=1.0):
+        """Sums (N,) of values (P,), or (N,3) of (P,3), over the pairs of each sphere; sign: of j."""
+        found = np.zeros((len(self.x), *np.shape(of_pair)[1:]))
+        np.add.at(found, self.i, np.asarray(of_pair, dtype=float))
+        np.add.at(found, self.j, sign * np.asarray(of_pair, dtype=float))
+        return found
+
+    def _limits(self):
+        found = np.zeros(len(self.x))
+        for kind, (row, flow) in self._laws.items():
+            mine = self.types == kind
+            found[mine] = law.limit(self.p[mine], row, flow)
+        return found
+
+    def _of_pair(self, y):
+        return np.minimum(y[self.i], y[self.j])
+
+    def _flow(self, d, deq, y):
+        """Flowed of all pairs at d with deq and the limit y (P,); contacts do nothing with contact none."""
+        bond = law.flow_bond(np.minimum(d, self.dlim), deq, self.row, y)
+        if self.contact == "none":
+            rest = law.Flowed(deq, *(np.zeros_like(d) for _ in bond[1:]))
+            return law.Flowed(*(np.where(self.bonded, *both) for both in zip(bond, rest)))
+        rest = law.flow_contact(d, deq, self.touching, self.row, y)
+        return law.Flowed(*(np.where(self.bonded, *both) for both in zip(bond, rest)))
+
+    def evaluate(self):
+        """The Pairwise of the present x, v, deq and y."""
+        r = self.x[self.i] - self.x[self.j]
+        d = np.linalg.norm(r, axis=1)
+        unit = r / d[:, None]
+        flowed = self._flow(d, self.deq, self._of_pair(self.y))
+        past, fails = self.bonded & (d > self.dlim), np.zeros(len(d), dtype=bool)
+        if self.failure is not None:
+            reached = 0.5 * (self.p[self.i] + self.p[self.j]) >= self.failure
+            fails = self.bonded & ~past & (d > self.deq) & reached
+        acts = np.where(self.bonded, ~past & ~fails, (d < self.deq) & (self.contact != "none"))
+        opening = np.sum(unit * (self.v[self.i] - self.v[self.j]), axis=1)
+        force, damping = np.where(acts, flowed.force, 0.0), np.where(acts, -self.row.gamma * opening, 0.0)
+        return Pairwise(d, unit, flowed, force, damping, past, fails)
+
+    def _setup(self):
+        self.pairs = self.evaluate()
+        self.force = self._to_spheres((self.pairs.force + self.pairs.damping)[:, None] * self.pairs.unit, -1.0)
+
+    def _book(self, dissipated, slip):
+        """D and |ln| (P,) of pairs that flowed."""
+        self.dissipated += float(np.sum(dissipated))
+        self.work += self._to_spheres(0.5 * dissipated)
+        self.slip += self._to_spheres(np.where(self.bonded, slip, 0.0))
+
+    def _update(self):
+        has_bonds = self.count > 0
+        self.p[has_bonds] += self.slip[has_bonds] / self.count[has_bonds] / law.SLIP_PER_STRAIN
+        self.slip[:] = 0.0
+        self.count = self._to_spheres(self.bonded)
+        before, self.y = self._of_pair(self.y), self._limits()
+        after = self._of_pair(self.y)
+        d = np.linalg.norm(self.x[self.i] - self.x[self.j], axis=1)
+        held = self._flow(d, self.deq, before)  # what flows in this step anyhow
+        left = self._flow(d, held.deq, after)
+        returned = (after < before) & (left.slip > 0.0)
+        self._book(np.where(returned, held.dissipated + held.stored - left.stored, 0.0),
+                   np.where(returned, held.slip + left.slip, 0.0))
+        self.deq = np.where(returned, left.deq, self.deq)
+
+    def _commit(self):
+        now = self.pairs
+        self._book(now.flowed.dissipated, now.flowed.slip)
+        ends = now.past | now.fails
+        self.lost += float(np.sum(now.flowed.stored[ends]))
+        self.ended += int(np.sum(ends))
+        self.bonded = self.bonded & ~ends
+        self.deq = np.where(ends, np.where(now.past, self.touching, np.minimum(now.d, self.touching)), now.flowed.deq)
+
+    def step(self):
+        old, old_force = self.pairs, self.force
+        free = ~self.prescribed[:, None]
+        self.v += np.where(free, 0.5 * self.dt * self.force / self.mass[:, None], 0.0)
+        moved = self.dt * self.v
+        self.x += moved
+        self.n_steps += 1
+        if self.n_steps % self.every == 0:
+            self._update()
+        self._setup()
+        self._commit()
+        self.v += np.where(free, 0.5 * self.dt * self.force / self.mass[:, None], 0.0)
+        parted = moved[self.i] - moved[self.j]
+        for pairs, force in ((old, old_force), (self.pairs, self.force)):
+            self.viscous -= 0.5 * float(np.sum(pairs.damping * np.sum(pairs.unit * parted, axis=1)))
+            self.work_done -= 0.5 * float(np.sum(force[self.prescribed] * moved[self.prescribed]))
+
+    def run(self, steps):
+        for _ in range(steps):
+            self.step()
+        return self
+
+    def kinetic(self):
+        """Of all spheres [energy]."""
+        return 0.5 * float(np.sum(self.mass * np.sum(self.v**2, axis=1)))
+
+    def stored(self):
+        """Psi of the pairs [energy]."""
+        return float(np.sum(self._flow(self.pairs.d, self.deq, self._of_pair(self.y)).stored))
+
+    def energy(self):
+        """kinetic + Psi + D + lost + viscous - work [energy]; it stays what it was."""
+        return self.kinetic() + self.stored() + self.dissipated + self.lost + self.viscous - self.work_done
+
+    def records(self, bonds=True):
+        """{(id_i, id_j): deq} of the bonds, or of the contacts whose deq is not R_i + R_j."""
+        chosen = self.bonded if bonds else ~self.bonded & (self.deq != self.touching)
+        keys = zip((self.i[chosen] + 1).tolist(), (self.j[chosen] + 1).tolist())
+        return dict(zip(keys, self.deq[chosen].tolist()))
