@@ -73,8 +73,9 @@ struct NeighborDensity {
 /// What of a particle is known at rest, by its bonds.
 struct VolumeReference {
   NeighborDensity own;
-  double gap;     ///< by how much its density is below the mean of the interior, else 0
-  double torn;    ///< 1 once bonds have broken here: then new pairs only push; else 0
+  double gap;           ///< by how much its density is below the mean of the interior, else 0
+  double torn;          ///< 1 once bonds have broken here: then new pairs only push; else 0
+  double lost = 0.0;    ///< what these have added to the gap of new pairs
 };
 
 /// What a sphere keeps for fix evp/volume. All 0 where it has no bond.
@@ -239,12 +240,18 @@ class BondStore {
   /// A bond of atom i has ended. The atom with the lower ID counts it.
   void end(int i, int64_t partner)
   {
-    const Bond *const bond = find(i, partner);
-    if (!bond) return;
-    if (recorded_as[i] < partner) nended++;
-    bonds[i].erase(bonds[i].begin() + (bond - bonds[i].data()));
+    if (erase(i, partner) && recorded_as[i] < partner) nended++;
   }
   void count_ended(int64_t more) { nended += more; }
+
+  /// The partner of a bond of atom i was deleted. The slips that wait are those of the bonds that are left; with history only.
+  void forget(int i, int64_t partner)
+  {
+    Sphere &own = spheres[i];
+    if (!erase(i, partner) || !(own.bonds > 0.0)) return;
+    own.slip *= (own.bonds - 1.0) / own.bonds;
+    own.bonds -= 1.0;
+  }
 
   /// Did this atom come after the recording?
   bool is_new(int i) const { return recorded_as[i] == 0; }
@@ -404,8 +411,15 @@ class BondStore {
   }
   template <class T> static const double *take(const double *words, T &value)
   {
-    memcpy(&value, words, sizeof(value));
+    memcpy((void *) &value, words, sizeof(value));
     return words + sizeof(value) / sizeof(double);
+  }
+
+  bool erase(int i, int64_t partner)
+  {
+    const Bond *const bond = find(i, partner);
+    if (bond) bonds[i].erase(bonds[i].begin() + (bond - bonds[i].data()));
+    return bond != nullptr;
   }
 
   static bool precedes(const Bond &a, const Bond &b) { return a.partner < b.partner; }

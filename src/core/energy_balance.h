@@ -21,9 +21,9 @@ class PairWork {
   /// Over the pairs of this MPI rank, those with a partner that takes no reaction by half; doubles
   /// only, to be added over MPI ranks [energy].
   struct Sums {
-    double elastic,
-        forgotten;      ///< of bonds within their cutoffs, see Stored; where bonds end of all
-    double contacts;    ///< of contacts within theirs
+    /// Of bonds within their cutoffs, see Stored; where bonds end of all.
+    double elastic, forgotten;
+    double contacts;              ///< of contacts within theirs
     double contacts_at_cutoff;    ///< what these hold there: maybe thousands of times more
     double past_cutoff;           ///< of bonds past theirs, where they come back
     double ended;                 ///< of those that ended, since the start

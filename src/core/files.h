@@ -158,7 +158,7 @@ inline Row row_from_text(const std::string &text, const std::string &file, const
 
 // The text file of recorded bonds: one header line, then `id_i id_j deq` a line. Where bonds flow or end there may follow
 // lines `contact id_i id_j deq` and `apart id_i id_j deq` of pairs that are no bonds but remember (see Remembered), and
-// `sphere id p work slip bonds recorded rho0 G gap torn` of what spheres keep (see Sphere and VolumeReference).
+// `sphere id p work slip bonds recorded rho0 G gap torn lost` of what spheres keep (see Sphere and VolumeReference).
 //
 //     # EVP bonds COUNT: 2975 UNITS: si
 //     1 17 0.0101234
@@ -185,7 +185,7 @@ struct BondLine {
 
 /// What a sphere keeps, for fix evp/bonds and for fix evp/volume.
 struct SphereLine {
-  enum { P, WORK, SLIP, BONDS, RECORDED, RHO, SLOPE, GAP, TORN, NVALUES };
+  enum { P, WORK, SLIP, BONDS, RECORDED, RHO, SLOPE, GAP, TORN, LOST, NVALUES };
   int64_t id;
   double values[NVALUES];
 };
@@ -332,7 +332,7 @@ class BondReader {
   static SphereLine parse_sphere(const std::vector<std::string> &words)
   {
     if (words.size() != 2 + SphereLine::NVALUES)
-      throw BadInput("expected 'sphere id p work slip bonds recorded rho0 G gap torn', got " +
+      throw BadInput("expected 'sphere id p work slip bonds recorded rho0 G gap torn lost', got " +
                      std::to_string(words.size()) + " words");
     SphereLine sphere = {parse_whole("id", words[1], 1), {}};
     for (int k = 0; k < SphereLine::NVALUES; k++) {
@@ -341,6 +341,8 @@ class BondReader {
         throw BadInput("values of a sphere but rho0 must be zero or positive, got " +
                        shown(words[2 + k]));
     }
+    for (const int k : {SphereLine::BONDS, SphereLine::RECORDED})
+      (void) parse_whole("a number of bonds", words[2 + k], 0);
     return sphere;
   }
 

@@ -201,8 +201,8 @@ EVP_INLINE int count_past_cutoff(const PairBlock &block)
 /// Bonds of a list that end: past their cutoff, or, stretched, where their particles have failed.
 struct EndingBonds {
   std::vector<int> found;    ///< indices of pairs
-  std::vector<double>
-      distances;    ///< of these, as the forces saw them: a fix may move atoms before the step ends
+  /// Of these, as the forces saw them [length]: a fix may move atoms before the step ends.
+  std::vector<double> distances;
   /// Plastic strain of particles and ghosts, and the mean of two where a bond ends. nullptr: none fails by it
   const double *strains = nullptr;
   double failure = 0.0;

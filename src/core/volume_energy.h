@@ -43,7 +43,8 @@ struct VolumeState {
 /// which is theta^2/2 without a gap, and where no pair is fresh; its derivatives never jump.
 ///
 /// Torn: theta is that of the bonds alone, and the two terms with the gap are added whatever its sign, so that surfaces
-/// of a crack never pull on each other.
+/// of a crack never pull on each other. In the last term the gap is without the shares of the bonds that broke: as they
+/// break it stays, and so does the energy.
 class VolumeLaw {
  public:
   static constexpr double NEVER = std::numeric_limits<double>::infinity();
@@ -67,7 +68,8 @@ class VolumeLaw {
       const double compressed = (now.bonded - reference.own.rho) * per_slope;
       const double own = std::max(0.0, compressed), gap = reference.gap * per_slope;
       const double total = torn ? compressed + now.fresh * per_slope : -theta;
-      const double beyond = std::max(0.0, total - gap), counted = std::max(0.0, own - gap);
+      const double beyond = std::max(0.0, total - gap);
+      const double counted = std::max(0.0, own - gap + reference.lost * per_slope);
       const double expanded = theta > 0.0 ? state.energy : 0.0,
                    pull = theta > 0.0 ? state.bonded : 0.0;
       state.energy = expanded + 0.5 * kv * (own * own + beyond * beyond - counted * counted);
@@ -87,7 +89,8 @@ class VolumeLaw {
     const double slope = before.own.slope, theta = strain(before, now);
     const double bonded = (before.own.rho - now.bonded) / slope;
     const double rho = now.bonded - share + (theta > 0.0 ? theta : std::min(0.0, bonded)) * slope;
-    return {{rho, slope}, before.gap + (before.own.rho - rho), 1.0};
+    const double lost = before.own.rho - rho;
+    return {{rho, slope}, before.gap + lost, 1.0, before.lost + lost};
   }
 
  private:

@@ -270,9 +270,9 @@ void BondRecording::give_to(BondStore &store)
     for (size_t i = 0; i < remembered.size(); i++) store.remembered_of((int) i) = remembered[i];
   }
   for (const auto &[i, sphere] : spheres) {
-    const auto &[p, work, slip, bonds, recorded, rho, slope, gap, torn] = sphere.values;
+    const auto &[p, work, slip, bonds, recorded, rho, slope, gap, torn, lost] = sphere.values;
     if (store.has_history()) store.sphere(i) = {p, work, slip, bonds, recorded};
-    if (store.has_volume()) store.volume(i).reference = {{rho, slope}, gap, torn};
+    if (store.has_volume()) store.volume(i).reference = {{rho, slope}, gap, torn, lost};
   }
 }
 

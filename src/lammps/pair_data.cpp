@@ -347,7 +347,7 @@ bool PairData::pack(const NeighList *neighbors)
 // Collective. LAMMPS takes excluded pairs for such that never act: their bonds would be forgotten where they are
 void PairData::find_far(bigint records_without_pair)
 {
-  const bigint explained = reduce_all((bigint) histories.find_far(*bonds()), MPI_SUM, world);
+  const bigint explained = reduce_all((bigint) histories.find_far(), MPI_SUM, world);
   if (explained < records_without_pair && neighbor->ago == 0)
     error->all(FLERR,
                "Pair evp/lj: {} bonds are kept out of the neighbor list by neigh_modify exclude or "
@@ -359,6 +359,7 @@ void PairData::find_far(bigint records_without_pair)
 void PairData::commit(bool at_rest)
 {
   VolumeForces *const to_tell = rules.breaks() ? volume() : nullptr;
+  if (at_rest) histories.find_next();
   if (to_tell && at_rest) to_tell->evaluate(lists);
   histories.commit(at_rest, wanted_work(), to_tell);
   if (to_tell) to_tell->commit();

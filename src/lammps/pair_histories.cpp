@@ -11,7 +11,6 @@
 #include "neighbor.h"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 namespace EVP {
@@ -82,10 +81,10 @@ void PairHistories::share_limits()
 
 void PairHistories::move_limits(PairWork *work)
 {
+  due = true;
   bring_sums_home();
   for (int i = 0; i < lists.nlocal; i++)
-    records->sphere(i).move_on((double) records->of(i).size() - sums.of(i, FlowSums::ENDED) -
-                               (without_pair.empty() ? 0.0 : without_pair[i]));
+    records->sphere(i).move_on((double) records->of(i).size() - sums.of(i, FlowSums::ENDED));
   limits_before.assign(lists.limits.begin(), lists.limits.end());
   share_limits();
   for (int i = 0; i < lists.nall; i++) {
@@ -98,7 +97,6 @@ void PairHistories::move_limits(PairWork *work)
 // Where limits have become smaller, at the distances of now: what pairs store beyond them is dissipated
 void PairHistories::keep_below_limits(PairList &list, PairWork *work)
 {
-  due = true;
   for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
     const PairLaw &law = coefficients.law(p.law);
     PairVariables was = p;
@@ -119,7 +117,6 @@ void PairHistories::keep_below_limits(PairList &list, PairWork *work)
 void PairHistories::commit(bool at_rest, PairWork *work, VolumeForces *volume)
 {
   due = true;
-  if (at_rest) find_next();
   for (PairList *list : {&lists.bonds, &lists.contacts})
     if (list->stays()) list->commit(lists.nreact, sums);
   end_bonds(work, volume);
@@ -232,8 +229,8 @@ void PairHistories::add_moves()
         const int i = row.i, j = list->j[k];
         if (j >= lists.nreact && tag[i] > tag[j]) continue;
         const Bond *const bond = list->are_bonds ? records->find(i, tag[j]) : nullptr;
-        const double inv_deq =
-            list->inv_deq[k];    // contacts end at R_i + R_j as these were packed
+        const double inv_deq = list->inv_deq[k];
+        // contacts end at R_i + R_j as these were packed
         if (bond ? 1.0 / bond->deq != inv_deq
                  : !list->are_bonds && inv_deq * list->pair(i, k).cut > 1.0 + CONTACT_MARGIN)
           journal.push_back(
@@ -275,10 +272,11 @@ void PairHistories::tell_owners()
   for (const PairEvent &event : received) take(event);
 }
 
-int64_t PairHistories::find_far(const BondStore &store)
+int64_t PairHistories::find_far()
 {
   forget_far();
-  without_pair.assign(atom->nlocal, 0);
+  int64_t without_pair = 0;
+  std::vector<std::pair<int, tagint>> deleted;    // atom, partner
   const auto *x = scene::rows(atom->x);
   const double *const *cutneighsq = neighbor->cutneighsq;
   std::vector<std::pair<tagint, int>> atoms;    // own and ghosts: of an ID there may be many
@@ -287,7 +285,8 @@ int64_t PairHistories::find_far(const BondStore &store)
 
   const auto add = [&](int i, const Bond &bond, const AtomDirectory::Entry &partner) {
     if (partner.type == 0 || !types.handles(atom->type[i], partner.type)) {
-      without_pair[i]++;
+      without_pair++;
+      if (partner.type == 0) deleted.emplace_back(i, (tagint) bond.partner);
       return;
     }
     const PairLaw &law = coefficients.law(coefficients.index(atom->type[i], partner.type));
@@ -301,8 +300,8 @@ int64_t PairHistories::find_far(const BondStore &store)
   std::vector<std::pair<int, int>> far_away;    // atom, slot: the partner is not even a ghost
   std::vector<tagint> partners;
   for (int i = 0; i < atom->nlocal; i++)
-    for (int slot = 0; slot < (int) store.of(i).size(); slot++) {
-      const Bond &bond = store.of(i)[slot];
+    for (int slot = 0; slot < (int) records->of(i).size(); slot++) {
+      const Bond &bond = records->of(i)[slot];
       const auto partner = (tagint) bond.partner;
       auto at = std::lower_bound(atoms.begin(), atoms.end(), std::pair(partner, 0));
       if (at == atoms.end() || at->first != partner) {
@@ -322,10 +321,12 @@ int64_t PairHistories::find_far(const BondStore &store)
   if (on_any(!partners.empty(), world)) {
     const AtomDirectory directory(lmp, partners, rules.plastic ? lists.limits.data() : nullptr);
     for (size_t k = 0; k < partners.size(); k++)
-      add(far_away[k].first, store.of(far_away[k].first)[far_away[k].second],
+      add(far_away[k].first, records->of(far_away[k].first)[far_away[k].second],
           directory.entries.at(partners[k]));
   }
-  return std::accumulate(without_pair.begin(), without_pair.end(), (int64_t) far.size());
+  for (const auto &[i, partner] : deleted)
+    if (rules.has_history()) records->forget(i, partner);
+  return (int64_t) far.size() + without_pair;
 }
 
 // a bond of two MPI ranks counts half on each

@@ -43,9 +43,12 @@ class PairHistories : protected Pointers {
   /// dissipates, nullptr without.
   void move_limits_if_due(PairWork *work);
 
-  /// At the end of each step and when a minimization is at rest: what the last forces found comes into force. at_rest:
-  /// found anew, as a minimizer may have tried other places last. work, volume: are told of bonds that end, nullptr
-  /// without.
+  /// When a minimization is at rest, before commit(): finds anew what changes, as a minimizer may have tried other places
+  /// last.
+  void find_next();
+
+  /// At the end of each step and when a minimization is at rest: what the last forces found comes into force. work,
+  /// volume: are told of bonds that end, nullptr without.
   void commit(bool at_rest, PairWork *work, VolumeForces *volume);
 
   /// That the records are in.
@@ -72,13 +75,10 @@ class PairHistories : protected Pointers {
   void return_to(const BondStore &, VolumeForces *volume);
 
   /// Collective, in the packing of a new neighbor list. Which bonds does it not have, as they are past its end? Returns how
-  /// many records of own atoms these are, with those whose partner is deleted or has another pair style.
-  int64_t find_far(const BondStore &);
-  void forget_far()
-  {
-    far.clear();
-    without_pair.clear();
-  }
+  /// many records of own atoms these are, with those whose partner is deleted or has another pair style. Where bonds flow
+  /// or end the records of those whose partner is deleted go.
+  int64_t find_far();
+  void forget_far() { far.clear(); }
 
   /// What these bonds hold at their cutoffs, and dissipate on the way there [energy]. Where bonds end these do so at the
   /// next commit().
@@ -89,8 +89,7 @@ class PairHistories : protected Pointers {
 
   double memory_usage() const
   {
-    return bytes_of(ends.found, ends.distances, without_pair, journal, far, sums.values, strains,
-                    limits_before);
+    return bytes_of(ends.found, ends.distances, journal, far, sums.values, strains, limits_before);
   }
 
  private:
@@ -126,8 +125,6 @@ class PairHistories : protected Pointers {
   EndingBonds ends;
   std::vector<PairEvent> journal;    // bonds that have ended, since the records were told
   std::vector<FarBond> far;
-  std::vector<int>
-      without_pair;    // records of own atoms whose partner has gone; empty where there are none
   FlowSums sums;
   // of own atoms and ghosts: plastic strains, where bonds end by them; limits before they moved on last
   std::vector<double> strains, limits_before;
@@ -138,7 +135,6 @@ class PairHistories : protected Pointers {
   void share_limits();
   void move_limits(PairWork *);
   void keep_below_limits(PairList &, PairWork *);
-  void find_next();
   void end_bonds(PairWork *, VolumeForces *);
   void end_far_bonds(PairWork *);
   void take(const PairEvent &);

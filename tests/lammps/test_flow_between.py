@@ -6,6 +6,7 @@ import itertools
 import numpy as np
 import pytest
 from evp import law
+from flowing import read_pairs
 from hostile import refused
 from small_bodies import head, lattice_body, pair, thermo, velocities, write_body
 
@@ -284,3 +285,38 @@ def test_the_text_of_a_body_that_has_flowed_in_part(lmp, tmp_path):
     assert len(spheres_of_file) == len(body.x) and 0 < sum(float(words[3]) > 0.0 for words in spheres_of_file) < 0.7 * len(body.x)
     for name in ("PotEng", "f_volume", "f_volume[1]"):
         assert again[name][0] == pytest.approx(whole[name][-1], rel=1e-9), name
+
+
+def test_bonds_that_fail_as_a_minimization_comes_to_rest(lmp, tmp_path):
+    """The volume energy is told of them: it stays, and the spheres are torn. Control: bonds have failed."""
+    body = lattice_body((8, 3, 3))
+    write_body(tmp_path / "body.data", body)
+    text = head() + pair(contact="none plasticity isotropic break 0.005", fix="fix bonds all evp/bonds") + "fix volume all evp/volume 500\n"
+    text += "region left block INF 0.01 INF INF INF INF\nregion right block 0.07 INF INF INF INF INF\ngroup left region left\ngroup right region right\n"
+    text += "group ends union left right\nfix hold ends setforce 0 0 0\nmin_modify dmax 1e-4\n" + thermo("f_volume")
+    runs = lmp(text + 8 * "displace_atoms right move 1e-4 0 0\nminimize 0 100 20000 200000\nrun 0\n" + "write_evp_bonds torn.bonds\n").ok()
+    for k in range(8):
+        assert runs.thermo(2 * k + 1)["f_volume"][0] == pytest.approx(runs.thermo(2 * k)["f_volume"][-1], rel=1e-9)
+    kept = read_pairs(tmp_path / "torn.bonds")
+    bonds = np.bincount(np.array(list(kept.bonds)).ravel(), minlength=len(body.x) + 1)
+    lost = {own for own, count in kept.column("recorded").items() if bonds[own] < count}
+    torn = {own for own, is_torn in kept.column("torn").items() if is_torn}
+    assert len(torn) > 5 and torn <= lost, "those that end at dlim leave without a share"
+
+
+def test_a_deleted_neighbor_is_no_bond_of_a_sphere(lmp, tmp_path):
+    """A sphere whose neighbors but one are deleted has the plastic strain of the bond that is left, in one run and from its text. Control: it flows."""
+    body = lattice_body((3, 3, 3))
+    write_body(tmp_path / "body.data", body)
+    own = 14
+    neighbors = sorted({i + j - own for i, j in body.bonds if own in (i, j)})
+    style, fix = "none plasticity isotropic", "fix bonds all evp/bonds"
+    gone = f"group gone id {' '.join(map(str, neighbors[1:]))}\ndelete_atoms group gone compress no\n"
+    pull = f"fix n all nve/noforce\nvelocity all set 0 0 0\ngroup own id {own}\nvelocity own set 20 30 40\ntimestep 3e-7\nrun 20\nwrite_evp_bonds {{}}.bonds\n"
+    lmp(head() + pair(contact=style, fix=fix) + "run 0\n" + gone + "run 0\nwrite_data left.data nocoeff\nwrite_evp_bonds left.bonds\n" + pull.format("run")).ok()
+    lmp(head(start="read_data left.data") + pair(contact=style, fix=fix + " file left.bonds") + pull.format("text")).ok()
+    kept = []
+    for name in ("run", "text"):
+        lines = (tmp_path / f"{name}.bonds").read_text(encoding="utf-8").splitlines()
+        kept += [list(map(float, words.split()[2:6])) for words in lines if words.startswith(f"sphere {own} ")]
+    assert len(kept) == 2 and kept[0][0] > 0.01 and kept[0] == pytest.approx(kept[1], rel=1e-9)

@@ -33,6 +33,7 @@ class Rest(NamedTuple):
     slope: np.ndarray
     gap: np.ndarray
     torn: np.ndarray  # have bonds broken?
+    lost: np.ndarray  # (N,) what these have added to the gap of fresh pairs
 
 
 def _both(i, j, of_pair, count):
@@ -51,7 +52,7 @@ def at_rest(i, j, deq, dlim, count, types=None):
             mean = rho[deep].mean(), slope[deep].mean()
             deep = own & (slope >= 0.85 * mean[1])
         gap[own] = np.maximum(0.0, mean[0] - rho[own])
-    return Rest(rho, slope, gap, np.zeros(count, dtype=bool))
+    return Rest(rho, slope, gap, np.zeros(count, dtype=bool), np.zeros(count))
 
 
 def evaluate(x, i, j, dlim, kv, rest, cavitation=0.15, fresh=False):
@@ -67,7 +68,7 @@ def evaluate(x, i, j, dlim, kv, rest, cavitation=0.15, fresh=False):
     rho, bonded = _both(i, j, t * t, count), _both(i, j, np.where(fresh, 0.0, t * t), count)
     share = np.divide(1.0, rest.slope, out=np.zeros(count), where=rest.slope > 0.0)
     theta, own, gap = (rest.rho - np.where(rest.torn, bonded, rho)) * share, np.maximum(0.0, (bonded - rest.rho) * share), rest.gap * share
-    beyond, counted = np.maximum(0.0, (rho - rest.rho) * share - gap), np.maximum(0.0, own - gap)
+    beyond, counted = np.maximum(0.0, (rho - rest.rho) * share - gap), np.maximum(0.0, own - gap + rest.lost * share)
     left = np.maximum(0.0, np.minimum(2.0 * cavitation, 1e9) - theta)
     torn = theta > cavitation
     u = np.where(torn, np.minimum(cavitation, 1e9)**2 - 0.5 * left**2, 0.5 * theta**2)
@@ -94,7 +95,7 @@ def torn(x, i, j, dlim, rest, fresh, broken):
     now = np.where(rest.torn | (rest.rho < density), np.where(rest.torn, short_of, np.minimum(0.0, short_of)), rest.rho - density)
     touched = _both(i, j, broken * 1.0, count) > 0.0
     rho = np.where(touched, still + now, rest.rho)
-    return Rest(rho, rest.slope, rest.gap + rest.rho - rho, rest.torn | touched)
+    return Rest(rho, rest.slope, rest.gap + rest.rho - rho, rest.torn | touched, rest.lost + rest.rho - rho)
 
 
 Moduli = namedtuple("Moduli", "bulk shear young poisson")  # of an isotropic body: [energy/volume], Poisson's ratio
