@@ -56,7 +56,7 @@ class BondMeasures {
   }
 
   /// Takes words(), empty or of a body of that many types; false if they are of another number.
-  bool take(const double *words, int ntypes_in)
+  bool unpack(const double *words, int ntypes_in)
   {
     if (words[0] != 0.0 && words[0] != ntypes_in) return false;
     *this = BondMeasures((int) words[0]);

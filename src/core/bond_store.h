@@ -16,7 +16,7 @@
 namespace EVP {
 
 /// A recorded pair, as one of its atoms keeps it.
-struct Bond {
+struct BondRecord {
   int64_t partner;    ///< ID of the other atom
   double deq;         ///< distance at recording [length]
 };
@@ -94,7 +94,7 @@ struct VolumeRecord {
 /// another local index.
 class BondStore {
  public:
-  using Bonds = std::vector<Bond>;
+  using Bonds = std::vector<BondRecord>;
 
   explicit BondStore(bool with_history_in = false) : with_history(with_history_in) { changed(); }
 
@@ -234,7 +234,7 @@ class BondStore {
   /// deq of a bond of atom i has moved, or it may have ended since.
   void move(int i, int64_t partner, double deq)
   {
-    if (const Bond *const bond = find(i, partner)) bonds[i][bond - bonds[i].data()].deq = deq;
+    if (const BondRecord *const bond = find(i, partner)) bonds[i][bond - bonds[i].data()].deq = deq;
   }
 
   /// A bond of atom i has ended. The atom with the lower ID counts it.
@@ -257,22 +257,22 @@ class BondStore {
   bool is_new(int i) const { return recorded_as[i] == 0; }
 
   /// The bond of a local atom with a partner, nullptr if they were not recorded.
-  const Bond *find(int i, int64_t partner) const
+  const BondRecord *find(int i, int64_t partner) const
   {
     return find(bonds[i].data(), bonds[i].data() + bonds[i].size(), partner);
   }
 
   /// The same among sorted records.
-  static const Bond *find(const Bond *begin, const Bond *end, int64_t partner)
+  static const BondRecord *find(const BondRecord *begin, const BondRecord *end, int64_t partner)
   {
-    const Bond *const at = std::lower_bound(begin, end, Bond{partner, 0.0}, precedes);
+    const BondRecord *const at = std::lower_bound(begin, end, BondRecord{partner, 0.0}, precedes);
     return at == end || at->partner != partner ? nullptr : at;
   }
 
   /// Prefetches the records of an atom that is needed soon, 32 of them at most.
   void prefetch(int i) const
   {
-    EVP::prefetch(bonds[i].data(), std::min<size_t>(bonds[i].size(), 32) * sizeof(Bond));
+    EVP::prefetch(bonds[i].data(), std::min<size_t>(bonds[i].size(), 32) * sizeof(BondRecord));
   }
 
   /// How many of these local atoms, those with the bit in their mask, came after the recording.
@@ -344,7 +344,7 @@ class BondStore {
   {
     double *at = put(recorded_as[i], buf);
     at = put((int64_t) bonds[i].size(), at);
-    for (const Bond &bond : bonds[i]) at = put(bond, at);
+    for (const BondRecord &bond : bonds[i]) at = put(bond, at);
     if (with_history) {
       at = put(spheres[i], at);
       at = put((int64_t) remembered[i].size(), at);
@@ -367,15 +367,15 @@ class BondStore {
   int unpack(int i, const double *buf)
   {
     int64_t n = 0;
-    const double *at = take(take(buf, recorded_as[i]), n);
+    const double *at = unpack(unpack(buf, recorded_as[i]), n);
     bonds[i].resize(n);
-    for (Bond &bond : bonds[i]) at = take(at, bond);
+    for (BondRecord &bond : bonds[i]) at = unpack(at, bond);
     if (with_history) {
-      at = take(take(at, spheres[i]), n);
+      at = unpack(unpack(at, spheres[i]), n);
       remembered[i].resize(n);
-      for (Remembered &one : remembered[i]) at = take(at, one);
+      for (Remembered &one : remembered[i]) at = unpack(at, one);
     }
-    if (with_volume) at = take(at, volumes[i]);
+    if (with_volume) at = unpack(at, volumes[i]);
     return (int) (at - buf);
   }
 
@@ -409,7 +409,7 @@ class BondStore {
     memcpy(words, &value, sizeof(value));
     return words + sizeof(value) / sizeof(double);
   }
-  template <class T> static const double *take(const double *words, T &value)
+  template <class T> static const double *unpack(const double *words, T &value)
   {
     memcpy((void *) &value, words, sizeof(value));
     return words + sizeof(value) / sizeof(double);
@@ -417,12 +417,12 @@ class BondStore {
 
   bool erase(int i, int64_t partner)
   {
-    const Bond *const bond = find(i, partner);
+    const BondRecord *const bond = find(i, partner);
     if (bond) bonds[i].erase(bonds[i].begin() + (bond - bonds[i].data()));
     return bond != nullptr;
   }
 
-  static bool precedes(const Bond &a, const Bond &b) { return a.partner < b.partner; }
+  static bool precedes(const BondRecord &a, const BondRecord &b) { return a.partner < b.partner; }
 
   void changed()
   {

@@ -72,7 +72,7 @@ class Coefficients {
 
   /// Takes the measures of the bonds, empty ones where there are none. True where they differ from those
   /// that laws were made with: the laws of all pairs of types must be made anew.
-  bool take_measures(const BondMeasures &now)
+  bool set_measures(const BondMeasures &now)
   {
     if (measures == now) return false;
     measures = now;

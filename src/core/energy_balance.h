@@ -16,7 +16,7 @@ namespace EVP {
 ///
 /// Each pair counts from its rest at deq. Of eq. 8 a bond past its cutoff holds what it had there: that is lost until it
 /// comes back, wherever the neighbor list ends. Where bonds end it is lost for good, by end().
-class PairWork {
+class PairWork final : public PairConsumer {
  public:
   /// Over the pairs of this MPI rank, those with a partner that takes no reaction by half; doubles
   /// only, to be added over MPI ranks [energy].
@@ -84,29 +84,30 @@ class PairWork {
   bool separates = true;
 
   /// At the beginning of a run, whose pairs may be those of another pair style.
-  void forget() { fresh = false; }
+  void forget() { evaluated = false; }
 
   /// Whether there was an evaluation since the last call. Until then the first one counts: others at
   /// the same step are of commands that try out positions or coefficients.
-  bool take() { return std::exchange(fresh, false); }
-  bool is_fresh() const { return fresh; }
+  bool claim() { return std::exchange(evaluated, false); }
+  bool is_evaluated() const { return evaluated; }
 
   /// Before the first and after the last list of an evaluation. Other styles may have added to f: what its loops add is
   /// the difference, and no bit of f is another.
-  void begin(int nall, const ParticleView &view, bool damps)
+  void begin(int nall, const ParticleView &view)
   {
+    nreact = view.nreact;
     force.resize(separates ? (size_t) 3 * nall : 0);
     if (separates && view.nreact > 0)
       std::copy_n(view.f[0], (size_t) 3 * view.nreact, force.begin());
-    damping.assign(damps ? (size_t) 3 * nall : 0, 0.0);
+    damping.assign(view.v ? (size_t) 3 * nall : 0, 0.0);
     through = {};
     found = {};
     ended_now = {};
     dissipated_apart = std::exchange(dissipated_before, 0.0) + beyond_list.dissipated;
   }
-  void end(const ParticleView &view)
+  void finish(const ParticleView &view)
   {
-    fresh = true;
+    evaluated = true;
     if (!separates || view.nreact == 0) return;
     const double *const f = view.f[0];
     double *const own = force.data();
@@ -114,22 +115,16 @@ class PairWork {
     for (int k = 0; k < 3 * view.nreact; k++) own[k] = f[k] - own[k];
   }
 
-  /// The tally of a loop over pairs that fills this, and calls another one.
-  template <class Tally> struct Beside {
-    PairWork &work;
-    Tally &other;
-    const int nreact;
-    const bool are_bonds;
-    static constexpr bool stored = true;
-    const bool potential = other.potential || !are_bonds;
-
-    void operator()(const PairRange &range, const PairBlock &block)
-    {
-      other(range, block);
-      work.add_energies(range, block, nreact);
-      work.add_forces(range, block, nreact);
-    }
-  };
+  void ask(const PairList &list, BlockLaw::Asked &asked) const override
+  {
+    asked.stored = true;
+    asked.potential |= !list.are_bonds;    // for contacts_at_cutoff
+  }
+  void operator()(const PairRange &range, PairBlock &block) override
+  {
+    add_energies(range, block);
+    add_forces(range, block);
+  }
 
   double memory_usage() const { return bytes_of(force, damping, images); }
 
@@ -137,13 +132,15 @@ class PairWork {
   struct LaneSums {
     LaneSum elastic, forgotten, contacts, contacts_at_cutoff, past_cutoff, plastic;
   };
-  bool fresh = false;
+  bool evaluated = false;
+  int nreact = 0;
   double ended = 0.0, dissipated_before = 0.0, dissipated_apart = 0.0;
   Stored ended_now{};    // since the last forces, which found it
   LaneSums found;
 
-  void add_energies(const PairRange &range, const PairBlock &block, int nreact)
+  void add_energies(const PairRange &range, const PairBlock &block)
   {
+    const int nreact = this->nreact;    // apart: vectorized
     const bool are_bonds = range.list.are_bonds;
     const int *const j = range.list.j.data() + range.first;
     const int n = block.n;
@@ -188,15 +185,15 @@ class PairWork {
       });
   }
 
-  void add_forces(const PairRange &range, const PairBlock &block, int nreact)
+  void add_forces(const PairRange &range, const PairBlock &block)
   {
-    if (!images.empty()) add_through(range, block, block.force, nreact, through.whole);
+    if (!images.empty()) add_through(range, block, block.force, through.whole);
     if (damping.empty()) return;
-    if (!images.empty()) add_through(range, block, block.damping, nreact, through.damping);
+    if (!images.empty()) add_through(range, block, block.damping, through.damping);
     scatter(range, block, block.damping, nreact, reinterpret_cast<double(*)[3]>(damping.data()));
   }
 
-  void add_through(const PairRange &range, const PairBlock &block, const double *force, int nreact,
+  void add_through(const PairRange &range, const PairBlock &block, const double *force,
                    std::array<double, 6> &sums) const
   {
     for (int k = 0; k < block.n; k++) {

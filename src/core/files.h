@@ -24,7 +24,7 @@ namespace EVP {
 inline size_t parse_flow(const std::vector<std::string> &words, size_t at, FlowTable &flow)
 {
   std::vector<double> values;
-  for (double value; at < words.size() && take_number(words[at], value); at++)
+  for (double value; at < words.size() && is_number(words[at], value); at++)
     values.push_back(value);
   if (values.empty() || values.size() % 2 || values.size() > 2 * FlowTable::MOST)
     throw BadInput("flow needs 1 to " + std::to_string(FlowTable::MOST) +
@@ -112,7 +112,7 @@ inline std::optional<std::array<std::string, 2>>
 find_file_and_row(const std::vector<std::string> &words)
 {
   double number;
-  if (words.empty() || take_number(words[0], number)) return std::nullopt;
+  if (words.empty() || is_number(words[0], number)) return std::nullopt;
   if (words.size() == 1) return split_file_and_row(words[0]);
   if (words.size() == 2) return std::array{words[0], words[1]};
   return std::nullopt;
@@ -228,7 +228,7 @@ class BondReader {
   {
     at_next_line([&](const std::string &line) {
       std::vector<std::string> words = split_words(line.substr(line.find('#') + 1));
-      while (words.size() > 6 && take_word(words[4], words[5]))
+      while (words.size() > 6 && add_keyword(words[4], words[5]))
         words.erase(words.begin() + 4, words.begin() + 6);
       if (line[0] != '#' || words.size() != 6 || words[0] != "EVP" || words[1] != "bonds" ||
           words[2] != "COUNT:" || words[4] != "UNITS:")
@@ -274,7 +274,7 @@ class BondReader {
   int64_t bonds = 0, contacts = 0, line_number = 0;
 
   /// Takes a word of the header and its value, false if it is none of those that may be left out.
-  bool take_word(const std::string &word, const std::string &value)
+  bool add_keyword(const std::string &word, const std::string &value)
   {
     if (word == "WITHIN:")
       header.within = parse_body_rule(value);
@@ -299,9 +299,9 @@ class BondReader {
                      ": it is incomplete or was changed (file '" + file + "')");
   }
 
-  /// Calls take(line); false at the end of the file. The cause stands first in messages: a path may be longer than what
+  /// Calls f(line); false at the end of the file. The cause stands first in messages: a path may be longer than what
   /// a host program shows.
-  template <class F> bool at_next_line(F &&take)
+  template <class F> bool at_next_line(F &&f)
   {
     std::string line;
     if (!std::getline(in, line)) return false;
@@ -311,7 +311,7 @@ class BondReader {
       if (in.eof())
         throw BadInput(
             "the last line has no line end: the file is incomplete, or add the line end");
-      take(line);
+      f(line);
     } catch (const BadInput &bad) {
       throw BadInput("bond file line " + std::to_string(line_number) + ": " + bad.what() +
                      " (file '" + file + "')");

@@ -57,7 +57,7 @@ template <class Powers> struct Regime {
   }
 
   /// 1 - s^N at exponents (2 N, N), to the last digits: of it both force and energy are products.
-  EVP_INLINE static double opened(double strain, double s)
+  EVP_INLINE static double one_minus_power(double strain, double s)
   {
     return power_minus_1<Powers::lower>(strain) * fixed_power<Powers::lower>(s);
   }
@@ -106,13 +106,11 @@ template <class Powers> class Law {
  public:
   Regime<Powers> first, second;
   double xi_s, gamma;
-  double
-      own_limit;    ///< of pairs that hold by this row, whatever their spheres have gone through; else 0
 
   /// Throws BadInput where a member breaks its rule, or numbers of this law would overflow.
-  explicit Law(const Row &row, double own_limit_in = 0.0) :
+  explicit Law(const Row &row) :
       first(row.e1, row.m1, row.n1), second(row.e2, row.m2, row.n2), xi_s(row.xi_s),
-      gamma(row.gamma), own_limit(own_limit_in)
+      gamma(row.gamma)
   {
     const auto at = [this](double strain) {
       const double s = 1.0 / (1.0 + strain);
@@ -153,7 +151,7 @@ template <class Powers> class Law {
     const double strain = at.is_first ? xi : xi - std::copysign(xi_s, xi);
     double own;
     if constexpr (Powers::are_fixed) {
-      const double open = Regime<Powers>::opened(strain, s);
+      const double open = Regime<Powers>::one_minus_power(strain, s);
       own = (at.is_first ? first.e : second.e) * open * open;
     } else
       own = (at.is_first ? first : second).stored(strain, s);
@@ -165,10 +163,9 @@ template <class Powers> class Law {
   // plasticity
 
   /// The r where a pair at r is held that flows beyond the limit of its spheres. Of a contact 1 where it is apart.
-  template <bool Contact> EVP_INLINE double held(double r, double limit) const
+  template <bool Contact> EVP_INLINE static double held(double r, double limit)
   {
-    const double y = own_limit > 0.0 ? own_limit : limit;
-    const double low = 1.0 - y, high = Contact ? 1.0 : 1.0 + y;
+    const double low = 1.0 - limit, high = Contact ? 1.0 : 1.0 + limit;
     return r < low ? low : r > high ? high : r;
   }
 
@@ -203,7 +200,7 @@ template <class Powers> class Law {
 struct PairVariables {
   double inv_deq;    ///< 1/deq [1/length]
   Flow flow = Flow::FORGETS;
-  double limit = 0.0;    ///< of its spheres, the smaller one, where flow stays
+  double limit = 0.0;    ///< how far it holds, where flow stays
 };
 
 /// All that the law says of one pair. Forces and stiffness with their units: [energy/length], [energy/length^2].
@@ -221,10 +218,12 @@ struct PairState {
 class PairLaw : public Law<AnyPowers> {
  public:
   Row row;
+  double
+      own_limit;    ///< of pairs that hold by it, whatever their spheres have gone through; else 0
 
   /// Throws BadInput where a member breaks its rule, or numbers of this law would overflow.
   explicit PairLaw(const Row &row_in = {}, double own_limit_in = 0.0) :
-      Law(checked(row_in), own_limit_in), row(row_in)
+      Law(checked(row_in)), row(row_in), own_limit(own_limit_in)
   {
     check_range();
   }
@@ -269,7 +268,6 @@ class PairLaw : public Law<AnyPowers> {
   {
     PairState now{};
     const double at = held<Contact>(r, limit), s = 1.0 / at, strain = at - 1.0;
-    const double y = own_limit > 0.0 ? own_limit : limit;
     const bool moves = flows<Contact>(r, at);
     now.force = first.force(s);
     now.stored = {first.stored(strain, s), 0.0};
@@ -277,7 +275,7 @@ class PairLaw : public Law<AnyPowers> {
     now.inv_deq = moves ? at / r : 1.0;
     now.stiffness = Contact && r > 1.0 ? 0.0 : first.stiffness(s);
     now.stiffness_ahead = row.m1 * row.n1 * row.e1;
-    now.regime = std::fabs(strain) >= AT_LIMIT * y ? 2 : 1;
+    now.regime = std::fabs(strain) >= AT_LIMIT * limit ? 2 : 1;
     return now;
   }
 

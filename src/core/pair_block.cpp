@@ -89,7 +89,7 @@ namespace {
       const double dsq = block.distance_squared(k);
       const bool past = dsq > cutsq[k];
       const double d = up_to_cutoff(dsq, cutsq[k], to_cutoff);
-      const double r = d * inv_deq[k], at = c.template held<Contact>(r, block.limit[k]);
+      const double r = d * inv_deq[k], at = c.template held<Contact>(r, flow.limit[k]);
       // 1/d and s = 1/at from one division
       const double w = 1.0 / (at * d);
       const double s = w * d, inv_d = w * at, force = c.first.force(s);
@@ -98,7 +98,7 @@ namespace {
       if constexpr (Contact) moved = past && r > 1.0 + CONTACT_MARGIN ? inv_d : moved;
       put_force<Damping, Stored>(block, k, force, moved, inv_d, c.gamma,
                                  !(past || (Contact && r > 1.0)));
-      moves += (int) (moved != inv_deq[k]);
+      moves += (int) ((moved != inv_deq[k]) | (!Contact & past));    // no ||: vectorized
       next[k] = moved;
       ratio[k] = r;
       held[k] = at;
@@ -199,18 +199,25 @@ namespace {
 
 }    // namespace
 
+// pairs that have no force of their own
+void BlockLaw::without_force(PairBlock &block, const Asked &)
+{
+  for (auto *values : {block.force, block.elastic, block.forgotten, block.at_cutoff,
+                       block.potential, block.damping})
+    std::fill_n(values, block.n, 0.0);
+}
+
 void BlockLaw::assign(const std::vector<PairLaw> &laws, const std::vector<int> &used, Flow flow)
 {
   if (used.empty()) {    // no pair to go over
-    evaluate = nullptr;
+    evaluate = without_force;
     return;
   }
-  const PairLaw &first = laws[used.front()];
-  const Row &row = first.row;
+  const Row &row = laws[used.front()].row;
   bool alike = true, common_powers = true;
   for (const int k : used) {
     const Row &own = laws[k].row;
-    alike = alike && own == row && laws[k].own_limit == first.own_limit;
+    alike = alike && own == row;
     common_powers = common_powers && own.m1 == row.m1 && own.n1 == row.n1 && own.m2 == row.m1 &&
         own.n2 == row.n1;
   }
@@ -219,9 +226,9 @@ void BlockLaw::assign(const std::vector<PairLaw> &laws, const std::vector<int> &
     using Powers = std::decay_t<decltype(powers)>;
     Laws<Powers> all;
     if (alike)
-      all.laws.emplace_back(row, first.own_limit);
+      all.laws.emplace_back(row);
     else
-      for (const PairLaw &law : laws) all.laws.emplace_back(law.row, law.own_limit);
+      for (const PairLaw &law : laws) all.laws.emplace_back(law.row);
     const auto with_flow = [&](auto kind) {
       if (alike)
         evaluate = Evaluation<Powers, false, kind>{std::move(all)};
@@ -233,6 +240,59 @@ void BlockLaw::assign(const std::vector<PairLaw> &laws, const std::vector<int> &
     if (flow == Flow::COMPRESSES) with_flow(std::integral_constant<Flow, Flow::COMPRESSES>());
   };
   with_powers(common_powers ? row.m1 : 0.0, row.n1, AnyPowers{0.0, 0.0}, choose);
+}
+
+void accumulate_forces(PairList &list, const BlockLaw &law, const ParticleView &view,
+                       std::initializer_list<PairConsumer *> consumers)
+{
+  BlockLaw::Asked asked;
+  for (const PairConsumer *consumer : consumers)
+    if (consumer) consumer->ask(list, asked);
+  asked.damping = view.v != nullptr;
+
+  PairBlock block;
+  for_each_block(list, [&](const PairRange &range) {
+    asked.damping ? gather<true>(view, range, block) : gather<false>(view, range, block);
+    block.flow = list.flow_arrays(range.first);
+    if (!list.are_bonds && !list.stays() && count_past_cutoff(block) == block.n) return;
+    law(block, asked);
+    for (PairConsumer *consumer : consumers)
+      if (consumer) (*consumer)(range, block);
+    scatter(range, block, block.force, view.nreact, view.f);
+  });
+}
+
+void commit_flow(PairList &list, int nreact, FlowSums &sums)
+{
+  auto &any_flow = list.any_flow;
+  if (std::find(any_flow.begin(), any_flow.end(), 1) == any_flow.end()) return;
+  int owner[PairBlock::SIZE], moved[PairBlock::SIZE];
+  alignas(64) double before[PairBlock::SIZE], after[PairBlock::SIZE], slip[PairBlock::SIZE];
+  for_each_block(list, [&](const PairRange &range) {
+    if (!any_flow[range.first / PairBlock::SIZE]) return;
+    int count = 0;    // without a branch: any of them may flow
+    range.for_each_row([&](int i, int first, int last) {
+      for (int n = first; n < last; n++) {
+        owner[count] = i;
+        moved[count] = n;
+        before[count] = list.inv_deq[n];
+        after[count] = list.inv_deq_next[n];
+        count += (int) (after[count] != before[count]);
+      }
+    });
+    call_vectorized([&, n = count]() EVP_KERNEL {
+      EVP_INDEPENDENT
+      for (int k = 0; k < n; k++) slip[k] = std::fabs(log_of_close_ratio(after[k], before[k]));
+    });
+    for (int k = 0; k < count; k++) {
+      const int n = moved[k], i = owner[k], j = list.j[n];
+      if (!are_close(after[k], before[k])) slip[k] = std::fabs(log_of_ratio(after[k], before[k]));
+      if (list.are_bonds) sums.add(i, j, nreact, FlowSums::SLIP, slip[k]);
+      sums.add(i, j, nreact, FlowSums::WORK, 0.5 * list.dissipated[n]);
+      list.inv_deq[n] = after[k];
+    }
+  });
+  std::fill(any_flow.begin(), any_flow.end(), 0);
 }
 
 }    // namespace EVP

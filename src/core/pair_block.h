@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <initializer_list>
 #include <vector>
 
 namespace EVP {
@@ -20,9 +21,8 @@ struct PairBlock {
   const double *inv_deq;    ///< of each pair, see PackedPair
   const double *cutsq;
   const int *law;
-  FlowArrays flow;                   ///< with flow that stays
-  double margin;                     ///< of the cutoffs, see PairList
-  alignas(64) double limit[SIZE];    ///< of its spheres, with flow that stays: see PairVariables
+  FlowArrays flow;    ///< with flow that stays
+  double margin;      ///< of the cutoffs, see PairList
 
   alignas(64) double xy[2 * SIZE];      ///< relative position: x and y side by side [length]
   alignas(64) double z[SIZE];           ///< [length]
@@ -52,10 +52,11 @@ class BlockLaw {
  public:
   /// What else than forces is asked for.
   struct Asked {
-    bool damping;      ///< the forces of the damping too
-    bool stored;       ///< what pairs hold
-    bool potential;    ///< stored as well; of each pair, zero at its cutoff where flow is forgotten
-    bool incremental;    ///< the potential holds what the flow dissipates, past the cutoff too
+    bool damping = false;      ///< the forces of the damping too
+    bool stored = false;       ///< what pairs hold
+    bool potential = false;    ///< stored as well; zero at the cutoff where flow is forgotten
+    bool incremental =
+        false;    ///< the potential holds what the flow dissipates, past the cutoff too
   };
 
   /// laws: indexed by PackedPair::law. used: indices of those that the pairs have; where these are alike, one is for all
@@ -66,13 +67,14 @@ class BlockLaw {
   void operator()(PairBlock &block, const Asked &asked) const { evaluate(block, asked); }
 
  private:
-  std::function<void(PairBlock &, const Asked &)> evaluate;
+  static void without_force(PairBlock &, const Asked &);
+  std::function<void(PairBlock &, const Asked &)> evaluate = without_force;
 };
 
-/// Particle data of one MPI rank, as [n][3] arrays. v is read with damping only, f is added to.
+/// Particle data of one MPI rank, as [n][3] arrays. f is added to.
 struct ParticleView {
   const double (*x)[3];
-  const double (*v)[3];
+  const double (*v)[3];    ///< nullptr: without damping
   double (*f)[3];
   int nreact;    ///< particles below this index take the reaction: all with newton on, else own
 };
@@ -116,10 +118,17 @@ template <class F, class... T> void for_each_block(const PairList &list, F &&f, 
   }
 }
 
-/// A tally that costs nothing.
-struct NoTally {
-  static constexpr bool stored = false, potential = false;
-  void operator()(const PairRange &, const PairBlock &) const {}
+/// A link of the chain that each block with pairs within their cutoffs passes between the law and the scattering of its
+/// forces. It may change the forces; those after it see that. Forces are evaluated at set-up too, and may be again at the
+/// same step: what flows there is no more than found, until commit_flow().
+class PairConsumer {
+ public:
+  /// Adds what it needs of the pairs of a list, beside forces; those of the damping only with what pairs store.
+  virtual void ask(const PairList &, BlockLaw::Asked &) const {}
+  virtual void operator()(const PairRange &, PairBlock &) = 0;
+
+ protected:
+  ~PairConsumer() = default;
 };
 
 /// Relative positions of the pairs of a range; with damping how fast they part, times distance.
@@ -148,19 +157,6 @@ void gather(const ParticleView &view, const PairRange &range, PairBlock &block)
       if constexpr (Damping)
         block.approach[b] = dx * (vx - v[j][0]) + dy * (vy - v[j][1]) + dz * (vz - v[j][2]);
     }
-  });
-}
-
-/// Of each pair the smaller limit of its two particles.
-inline void gather_limits(const PairRange &range, PairBlock &block)
-{
-  const int *const partner = range.list.j.data();
-  const double *const limits = range.list.limits->data();
-  range.for_each_row([&](int i, int first, int last) {
-    const double own = limits[i];
-    EVP_UNROLL
-    for (int k = first; k < last; k++)
-      block.limit[k - range.first] = std::min(own, limits[partner[k]]);
   });
 }
 
@@ -199,10 +195,10 @@ EVP_INLINE int count_past_cutoff(const PairBlock &block)
 }
 
 /// Bonds of a list that end: past their cutoff, or, stretched, where their particles have failed.
-struct EndingBonds {
+struct EndingBonds final : PairConsumer {
   std::vector<int> found;    ///< indices of pairs
-  /// Of these, as the forces saw them [length]: a fix may move atoms before the step ends.
-  std::vector<double> distances;
+  /// Of these, as the forces saw them [length^2]: a fix may move atoms before the step ends.
+  std::vector<double> squared_distances;
   /// Plastic strain of particles and ghosts, and the mean of two where a bond ends. nullptr: none fails by it
   const double *strains = nullptr;
   double failure = 0.0;
@@ -210,13 +206,13 @@ struct EndingBonds {
   void clear()
   {
     found.clear();
-    distances.clear();
+    squared_distances.clear();
   }
 
   /// Takes those of a block; mostly none ends. Those that fail have neither force nor potential any more.
-  EVP_INLINE void add(const PairRange &range, PairBlock &block)
+  void operator()(const PairRange &range, PairBlock &block) override
   {
-    if (!strains && count_past_cutoff(block) == 0) return;
+    if (!strains && !any_past(block)) return;
     range.for_each_row([&](int i, int first, int last) {
       for (int n = first; n < last; n++) {
         const int k = n - range.first;
@@ -225,40 +221,32 @@ struct EndingBonds {
         const bool stretched = dsq * block.inv_deq[k] * block.inv_deq[k] > 1.0;
         if (!past && !(stretched && fails(i, range.list.j[n]))) continue;
         found.push_back(n);
-        distances.push_back(std::sqrt(dsq));
+        squared_distances.push_back(dsq);
         if (!past) block.force[k] = block.damping[k] = block.potential[k] = 0.0;
       }
     });
   }
 
  private:
+  static bool any_past(const PairBlock &block)
+  {
+    if (block.flow.any_flow && !*block.flow.any_flow) return false;
+    return call_vectorized([&]() EVP_KERNEL {
+      return count_past_cutoff(block) > 0;
+    });
+  }
   bool fails(int i, int j) const { return strains && 0.5 * (strains[i] + strains[j]) >= failure; }
 };
 
 /// Adds the forces of all interacting pairs of a list to view.f: what one time step does, and nothing else. Everything a
-/// pair needs was looked up when the list was packed. Pairs are gathered in blocks, the law goes over a block at once, the
-/// forces are scattered.
-///
-/// added(range, block) adds to the forces of a block; then bonds end, nullptr where none can; then tally(range, block) is
-/// called, before they are scattered.
-template <bool Damping, class Tally, class Added = NoTally>
-void accumulate_forces(PairList &list, const BlockLaw &law, const ParticleView &view, Tally &&tally,
-                       bool incremental = false, EndingBonds *ending = nullptr,
-                       const Added &added = {})
-{
-  PairBlock block;
-  for_each_block(list, [&](const PairRange &range) {
-    gather<Damping>(view, range, block);
-    block.flow = list.flow_arrays(range.first);
-    if (list.stays()) gather_limits(range, block);
-    if (!list.are_bonds && !list.stays() && count_past_cutoff(block) == block.n) return;
-    law(block, {Damping, tally.stored, tally.potential, incremental});
-    added(range, block);
-    if (ending) ending->add(range, block);
-    tally(range, block);
-    scatter(range, block, block.force, view.nreact, view.f);
-  });
-}
+/// pair needs was looked up when the list was packed. Pairs are gathered in blocks, the law goes over a block at once,
+/// consumers follow in their order (nullptr is none), and the forces are scattered.
+void accumulate_forces(PairList &list, const BlockLaw &law, const ParticleView &view,
+                       std::initializer_list<PairConsumer *> consumers = {});
+
+/// What the last evaluation of a list would change comes into force, and is added to the sums of the particles. Contacts add
+/// nothing to the plastic strain.
+void commit_flow(PairList &list, int nreact, FlowSums &sums);
 
 /// A fixed number of partial sums: vectors of any width then add in the same order.
 class LaneSum {
@@ -286,14 +274,24 @@ class LaneSum {
 };
 
 /// Energy [energy] and virial (sum of r F as xx yy zz xy xz yz) [energy] of the pairs that it is called with.
-struct SumTally {
-  static constexpr bool stored = false;
-  const int
-      nreact;    ///< pairs with a partner beyond it count half: the MPI rank that owns it has them too
-  const bool potential, virial;    ///< are they wanted?
-  LaneSum energies = {}, virials[6] = {};
+class PairSums final : public PairConsumer {
+ public:
+  LaneSum energies, virials[6];
 
-  void operator()(const PairRange &range, const PairBlock &block)
+  /// nreact: pairs with a partner beyond it count half: the MPI rank that owns it has them too. potential, virial: are they
+  /// wanted?
+  PairSums(int nreact_in, bool potential_in, bool virial_in, bool incremental_in = false) :
+      nreact(nreact_in), potential(potential_in), virial(virial_in), incremental(incremental_in)
+  {
+  }
+
+  void ask(const PairList &, BlockLaw::Asked &asked) const override
+  {
+    asked.potential |= potential;
+    asked.incremental |= incremental;
+  }
+
+  void operator()(const PairRange &range, PairBlock &block) override
   {
     const int *const j = range.list.j.data() + range.first;
     double weight[PairBlock::SIZE];    // of each pair of the block, for the virial times force/d
@@ -310,6 +308,10 @@ struct SumTally {
         return weight[k] * (block.relative(A[c], k) * block.relative(B[c], k));
       });
   }
+
+ private:
+  const int nreact;
+  const bool potential, virial, incremental;
 };
 
 }    // namespace EVP

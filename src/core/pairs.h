@@ -81,6 +81,9 @@ struct PackedPair : PairVariables {
   int j;           ///< partner, local or ghost
   int law;         ///< index of the pair type's law
   bool is_bond;
+
+  /// The distance where a pair is held that is past its cutoff: so far a bond flows, and so much it holds.
+  double up_to_cutoff(double dsq) const { return dsq > cutsq ? cut : std::sqrt(dsq); }
 };
 
 /// The pairs of one particle: [first, last) of a PairList. A particle may have several rows.
@@ -91,9 +94,11 @@ struct PackedRow {
 
 /// What a force evaluation finds of a block of pairs whose flow stays, one entry per pair; nullptr without.
 struct FlowArrays {
-  double *inv_deq_next = nullptr;    ///< where the pair would move 1/deq: taken over by commit()
+  const double *limit = nullptr;     ///< see PairVariables
+  double *inv_deq_next = nullptr;    ///< where the pair would move 1/deq: see commit_flow()
   double *dissipated = nullptr;      ///< dissipated on the way there [energy]
-  char *any_flow = nullptr;          ///< of the block: does any flow? Else neither is written
+  char *any_flow =
+      nullptr;    ///< of the block: does any flow, or is a bond past its cutoff? Else neither is written
 };
 
 /// What flow has added to particles and ghosts since the owners were told.
@@ -130,9 +135,9 @@ class PairList {
   std::vector<double> inv_dlim;    ///< of bonds, for the volume energy; else empty [1/length]
 
   // with flow that stays, else empty
+  std::vector<double> limit;                       ///< see PairVariables
   std::vector<double> inv_deq_next, dissipated;    ///< see FlowArrays
   std::vector<char> any_flow;
-  const std::vector<double> *limits = nullptr;    ///< see PairLists
 
   explicit PairList(bool are_bonds_in) : are_bonds(are_bonds_in) {}
   const bool are_bonds;
@@ -153,7 +158,7 @@ class PairList {
     std::fill(any_flow.begin(), any_flow.end(), 0);
     if (stays()) return;
     std::vector<char>().swap(any_flow);
-    for (auto *values : {&inv_deq_next, &dissipated}) std::vector<double>().swap(*values);
+    for (auto *values : {&limit, &inv_deq_next, &dissipated}) std::vector<double>().swap(*values);
   }
 
   /// Room for n more pairs, [size(), size() + n); those that are there stay. False where there are too many.
@@ -166,7 +171,7 @@ class PairList {
       for (auto *values : {&j, &law}) values->resize(larger);
     }
     if (stays() && count + n > dissipated.size()) {
-      for (auto *values : {&inv_deq_next, &dissipated}) values->resize(j.size());
+      for (auto *values : {&limit, &inv_deq_next, &dissipated}) values->resize(j.size());
       any_flow.resize(j.size() / BLOCK_SIZE + 1);
     }
     return true;
@@ -196,10 +201,10 @@ class PairList {
 
   double cutoff_squared(double cutoff) const { return EVP::cutoff_squared(cutoff, margin); }
 
-  /// The pair with that index, whose particle is i.
-  PackedPair pair(int i, size_t n) const
+  /// The pair with that index.
+  PackedPair pair(size_t n) const
   {
-    return {{inv_deq[n], flow_, stays() ? std::min((*limits)[i], (*limits)[j[n]]) : 0.0},
+    return {{inv_deq[n], flow_, stays() ? limit[n] : 0.0},
             cutsq[n],
             std::sqrt(cutsq[n]) / (1.0 + margin),
             j[n],
@@ -211,27 +216,7 @@ class PairList {
   FlowArrays flow_arrays(size_t n)
   {
     if (!stays()) return {};
-    return {&inv_deq_next[n], &dissipated[n], &any_flow[n / BLOCK_SIZE]};
-  }
-
-  /// What the last force evaluation would change comes into force, and is added to the sums of the particles. Contacts
-  /// add nothing to the plastic strain.
-  void commit(int nreact, FlowSums &sums)
-  {
-    for (const PackedRow &row : rows)
-      for (int n = row.first; n < row.last; n++) {
-        if (!any_flow[n / BLOCK_SIZE]) {
-          n |= BLOCK_SIZE - 1;    // to the end of the block
-          continue;
-        }
-        if (inv_deq_next[n] == inv_deq[n]) continue;
-        if (are_bonds)
-          sums.add(row.i, j[n], nreact, FlowSums::SLIP,
-                   std::fabs(log_of_ratio(inv_deq_next[n], inv_deq[n])));
-        sums.add(row.i, j[n], nreact, FlowSums::WORK, 0.5 * dissipated[n]);
-        inv_deq[n] = inv_deq_next[n];
-      }
-    std::fill(any_flow.begin(), any_flow.end(), 0);
+    return {&limit[n], &inv_deq_next[n], &dissipated[n], &any_flow[n / BLOCK_SIZE]};
   }
 
   /// Takes out the pairs with these indices, which ascend.
@@ -248,7 +233,8 @@ class PairList {
       }
     };
     if (out.empty()) return;
-    for (auto *values : {&inv_deq, &cutsq, &inv_dlim, &inv_deq_next, &dissipated}) keep(*values);
+    for (auto *values : {&inv_deq, &cutsq, &inv_dlim, &limit, &inv_deq_next, &dissipated})
+      keep(*values);
     for (auto *values : {&j, &law}) keep(*values);
     const std::vector<PackedRow> before = rows;
     rows.clear();
@@ -286,7 +272,8 @@ class PairList {
 
   double memory_usage() const
   {
-    return bytes_of(rows, inv_deq, cutsq, inv_dlim, j, law, inv_deq_next, dissipated, any_flow);
+    return bytes_of(rows, inv_deq, cutsq, inv_dlim, j, law, limit, inv_deq_next, dissipated,
+                    any_flow);
   }
 
  private:
@@ -304,15 +291,9 @@ inline double rank_share(int j, int nreact)
 
 /// All pairs of one MPI rank, rebuilt with the neighbor list.
 struct PairLists {
-  PairLists() { bonds.limits = contacts.limits = &limits; }
-  PairLists(const PairLists &) = delete;    // lists point into it
-  PairLists &operator=(const PairLists &) = delete;
-
   PairList bonds{true}, contacts{false};
   /// Pairs without a bond, or with a broken one, that the volume energy counts too; their deq is their dlim.
-  PairList fresh{false};
-  /// How far the bonds of particles and ghosts hold, with flow that stays: see Limit.
-  std::vector<double> limits;
+  PairList unbonded{false};
   long build = 0;           ///< counts the packings: indices of pairs hold as long as it does
   long common_build = 0;    ///< counts those that were collective
   int nlocal = 0;           ///< particles that the lists were built for: own,
@@ -323,7 +304,7 @@ struct PairLists {
 
   double memory_usage() const
   {
-    return bonds.memory_usage() + contacts.memory_usage() + fresh.memory_usage() + bytes_of(limits);
+    return bonds.memory_usage() + contacts.memory_usage() + unbonded.memory_usage();
   }
 };
 
@@ -344,8 +325,8 @@ struct PlacedPair : PackedPair {
   double distance() const { return std::sqrt(g.dsq); }
   Vector direction() const { return {g.x / distance(), g.y / distance(), g.z / distance()}; }
 
-  /// d/deq, past the cutoff that there: so far a bond flows.
-  double ratio() const { return (is_past_cutoff() ? cut : distance()) * inv_deq; }
+  /// d/deq, past the cutoff that there.
+  double ratio() const { return up_to_cutoff(g.dsq) * inv_deq; }
 };
 
 /// Calls f(PlacedPair) for all pairs of a list in its order, those past their cutoff too. first: number of the first.
@@ -355,7 +336,7 @@ void for_each_pair(const PairList &list, const double (*x)[3], F &&f, int first 
 {
   for (const PackedRow &row : list.rows)
     for (int k = row.first; k < row.last; k++) {
-      const PackedPair pair = list.pair(row.i, k);
+      const PackedPair pair = list.pair(k);
       f(PlacedPair{pair, row.i, k, first + k, PairGeometry(x, row.i, pair.j)});
     }
 }

@@ -27,7 +27,7 @@ inline std::string shown(const std::string &word)
 }
 
 /// Takes a decimal number that fills the whole word and is finite; hexadecimal, nan and inf are refused.
-inline bool take_number(const std::string &word, double &value)
+inline bool is_number(const std::string &word, double &value)
 {
   char *end = nullptr;
   value = std::strtod(word.c_str(), &end);
@@ -35,11 +35,11 @@ inline bool take_number(const std::string &word, double &value)
   return !word.empty() && decimal && *end == '\0' && std::isfinite(value);
 }
 
-/// The number that take_number() takes; throws BadInput.
+/// The number that is_number() takes; throws BadInput.
 inline double parse_number(const std::string &key, const std::string &word)
 {
   double value;
-  if (!take_number(word, value))
+  if (!is_number(word, value))
     throw BadInput(key + " must be a finite decimal number, got '" + shown(word) + "'");
   return value;
 }

@@ -16,8 +16,8 @@ namespace EVP {
 
 /// Density of a particle now, by its bonds and by pairs without one.
 struct DensityNow {
-  double bonded, fresh;
-  double total() const { return bonded + fresh; }
+  double bonded, unbonded;
+  double total() const { return bonded + unbonded; }
 };
 
 /// No less than d2U/drho2 of a particle is [energy]: by the density of its bonds alone, and by that of all its pairs.
@@ -27,7 +27,7 @@ struct VolumeStiffness {
 
 /// Energy of a particle, -dU/drho by either density, stiffness [energy]; its volume strain.
 struct VolumeState {
-  double energy, bonded, fresh;
+  double energy, bonded, unbonded;
   VolumeStiffness stiffness;
   double strain;
 };
@@ -35,12 +35,12 @@ struct VolumeState {
 /// U = kv u(theta) of the volume strain theta = (rho0 - rho)/G.
 ///
 /// Expanded: u = theta^2/2 up to `cavitation`, from where the derivative falls, to 0 at twice that: what is torn pulls no
-/// more. Compressed: fresh pairs fill the gap first, without force. Where two surfaces close, others come to a particle that
+/// more. Compressed: pairs without a bond fill the gap first, without force. Where two surfaces close, others come to a particle that
 /// had fewer neighbors than the interior, which is no compression. With [y] = max(y, 0), in units of G,
 ///
 ///     u = 1/2 [bonded - rho0]^2 + 1/2 [rho - rho0 - gap]^2 - 1/2 [bonded - rho0 - gap]^2
 ///
-/// which is theta^2/2 without a gap, and where no pair is fresh; its derivatives never jump.
+/// which is theta^2/2 without a gap, and where all pairs are bonds; its derivatives never jump.
 ///
 /// Torn: theta is that of the bonds alone, and the two terms with the gap are added whatever its sign, so that surfaces
 /// of a crack never pull on each other. In the last term the gap is without the shares of the bonds that broke: as they
@@ -62,19 +62,19 @@ class VolumeLaw {
     if (theta > cavitation) {
       const double left = std::max(0.0, 2.0 * cavitation - theta);
       state.energy = kv * (cavitation * cavitation - 0.5 * left * left);
-      state.bonded = state.fresh = scale * left;
+      state.bonded = state.unbonded = scale * left;
     }
     if (theta < 0.0 || torn) {
       const double compressed = (now.bonded - reference.own.rho) * per_slope;
       const double own = std::max(0.0, compressed), gap = reference.gap * per_slope;
-      const double total = torn ? compressed + now.fresh * per_slope : -theta;
+      const double total = torn ? compressed + now.unbonded * per_slope : -theta;
       const double beyond = std::max(0.0, total - gap);
       const double counted = std::max(0.0, own - gap + reference.lost * per_slope);
       const double expanded = theta > 0.0 ? state.energy : 0.0,
                    pull = theta > 0.0 ? state.bonded : 0.0;
       state.energy = expanded + 0.5 * kv * (own * own + beyond * beyond - counted * counted);
       state.bonded = pull - scale * (own + beyond - counted);
-      state.fresh = -scale * beyond;
+      state.unbonded = -scale * beyond;
       if (gap > 0.0 || torn)
         state.stiffness = {counted > 0.0 ? 0.0 : scale * per_slope,
                            beyond > 0.0 ? scale * per_slope : 0.0};
@@ -102,12 +102,12 @@ class VolumeLaw {
 };
 
 /// What goes over pairs twice: for the densities, then for the forces. Between them the owners of the particles make their
-/// pulls, -dU/drho, of the densities. Both have WIDTH values per particle, of bonds, and of fresh pairs.
+/// pulls, -dU/drho, of the densities. Both have WIDTH values per particle, of bonds, and of pairs without a bond.
 struct VolumePasses {
   static constexpr int WIDTH = 2;
 
   /// Adds t^2 of each pair to the densities of both particles, those below view.nreact. inv_dlim: of each pair.
-  /// densities: where those of these pairs begin. ending: as in accumulate_forces().
+  /// densities: where those of these pairs begin. ending: takes those that end.
   static void add_densities(const PairList &pairs, const std::vector<double> &inv_dlim,
                             const ParticleView &view, double *densities,
                             EndingBonds *ending = nullptr)
@@ -117,7 +117,7 @@ struct VolumePasses {
         pairs,
         [&](const PairRange &range) {
           gather<false>(view, range, block);
-          if (ending) ending->add(range, block);
+          if (ending) (*ending)(range, block);
           call_vectorized([&, own = inv_dlim.data() + range.first]() EVP_KERNEL {
             const int n = block.n;
             EVP_INDEPENDENT
@@ -153,56 +153,43 @@ struct VolumePasses {
     });
   }
 
-  /// Adds the forces of pairs that have no other, -(pull_i + pull_j) 2 t/dlim of each. tally: as in accumulate_forces().
-  template <class Tally>
-  static void add_forces(const PairList &pairs, const ParticleView &view, const double *pulls,
-                         Tally &&tally)
-  {
-    PairBlock block{};    // without energies and damping
-    for_each_block(pairs, [&](const PairRange &range) {
-      gather<false>(view, range, block);
-      std::fill_n(block.force, block.n, 0.0);
-      Forces{&pairs.inv_deq, pulls}(range, block);
-      tally(range, block);
-      scatter(range, block, block.force, view.nreact, view.f);
-    });
-  }
-
-  /// Adds these forces to those of a block of pairs; none where it is empty. inv_dlim: of each pair of the list.
-  struct Forces {
-    const std::vector<double> *inv_dlim = nullptr;
-    const double *pulls = nullptr;
-
-    void operator()(const PairRange &range, PairBlock &block) const
+  /// Adds to the forces of a block of pairs -(pull_i + pull_j) 2 t/dlim of each.
+  class Forces final : public PairConsumer {
+   public:
+    /// inv_dlim: of each pair of the list.
+    Forces(const double *inv_dlim_in, const double *pulls_in) :
+        inv_dlim_of(inv_dlim_in), pulls(pulls_in)
     {
-      if (pulls) add_to_block(range, block, inv_dlim->data() + range.first, pulls);
     }
+
+    void operator()(const PairRange &range, PairBlock &block) override
+    {
+      const double *const inv_dlim = inv_dlim_of + range.first;
+      alignas(64) double pull[PairBlock::SIZE];    // of both particles
+      const int *const partner = range.list.j.data();
+      range.for_each_row([&](int i, int first, int last) {
+        const double own = pulls[WIDTH * (size_t) i];
+        EVP_UNROLL
+        for (int k = first; k < last; k++)
+          pull[k - range.first] = own + pulls[WIDTH * (size_t) partner[k]];
+      });
+      call_vectorized([&]() EVP_KERNEL {
+        const int n = block.n;
+        EVP_INDEPENDENT
+        for (int k = 0; k < n; k++) {
+          const double inv_d = 1.0 / std::sqrt(block.distance_squared(k));
+          const double added = pull[k] * 2.0 * inv_dlim[k] * (inv_d - inv_dlim[k]);
+          const double within = inv_d > inv_dlim[k] ? added : 0.0;    // no &&: vectorized
+          block.force[k] -= block.distance_squared(k) > block.cutsq[k] ? 0.0 : within;
+        }
+      });
+    }
+
+   private:
+    const double *inv_dlim_of, *pulls;
   };
 
  private:
-  // block.approach has been used by now: here it is the sum of the pulls of both particles
-  static void add_to_block(const PairRange &range, PairBlock &block, const double *inv_dlim,
-                           const double *pulls)
-  {
-    const int *const partner = range.list.j.data();
-    range.for_each_row([&](int i, int first, int last) {
-      const double own = pulls[WIDTH * (size_t) i];
-      EVP_UNROLL
-      for (int k = first; k < last; k++)
-        block.approach[k - range.first] = own + pulls[WIDTH * (size_t) partner[k]];
-    });
-    call_vectorized([&]() EVP_KERNEL {
-      const int n = block.n;
-      EVP_INDEPENDENT
-      for (int k = 0; k < n; k++) {
-        const double inv_d = 1.0 / std::sqrt(block.distance_squared(k));
-        const double added = block.approach[k] * 2.0 * inv_dlim[k] * (inv_d - inv_dlim[k]);
-        const bool acts = inv_d > inv_dlim[k] && !(block.distance_squared(k) > block.cutsq[k]);
-        block.force[k] -= acts ? added : 0.0;
-      }
-    });
-  }
-
   static void add_to_both(const PairRange &range, const double *of_block, int nreact, double *sums)
   {
     const int *const partner = range.list.j.data();

@@ -27,8 +27,8 @@ std::string remedy_of_images(const Fix *fix)
       "reduce alpha, or enlarge the box: 'unfix {}', replicate, and define the fix again", fix->id);
 }
 
-void BondRecording::take_zone(const NeighList *list, double zone_in, const PairData *pair_data,
-                              WithPerAtomComm<Fix> &exchange)
+void BondRecording::record_zone(const NeighList *list, double zone_in, const PairData *pair_data,
+                                WithPerAtomComm<Fix> &exchange)
 {
   zone = zone_in;
   source = zone > 0.0 ? fmt::format("within {} (R_i + R_j)", zone) : "within alpha (R_i + R_j)";
@@ -140,7 +140,7 @@ namespace {
 
 }    // namespace
 
-void BondRecording::take_file(const std::string &name, const PairRules &rules)
+void BondRecording::record_file(const std::string &name, const PairRules &rules)
 {
   source = "from file " + name;
   const int me = comm->me;
@@ -233,7 +233,7 @@ std::string BondRecording::find_bond_twice(const std::string &file) const
 {
   for (int i = 0; i < atom->nlocal; i++) {
     std::vector<int64_t> partners;
-    for (const Bond &bond : made[i]) partners.push_back(bond.partner);
+    for (const BondRecord &bond : made[i]) partners.push_back(bond.partner);
     for (const Remembered &one : remembered[i]) partners.push_back(one.partner);
     std::sort(partners.begin(), partners.end());
     const auto twice = std::adjacent_find(partners.begin(), partners.end());
@@ -304,7 +304,7 @@ BondMeasures measure_bonds(LAMMPS *lmp, const BondStore &store)
   const Atom *atom = lmp->atom;
   std::vector<tagint> partners;
   for (int i = 0; i < atom->nlocal; i++)
-    for (const Bond &bond : store.of(i)) partners.push_back((tagint) bond.partner);
+    for (const BondRecord &bond : store.of(i)) partners.push_back((tagint) bond.partner);
   const AtomDirectory directory(lmp, partners);
 
   BondCensus census(atom->ntypes);
@@ -312,7 +312,7 @@ BondMeasures measure_bonds(LAMMPS *lmp, const BondStore &store)
     const BondStore::Bonds &bonds = store.of(i);
     if (bonds.empty()) continue;
     census.add_particle(atom->type[i], bonds.size());
-    for (const Bond &bond : bonds) {
+    for (const BondRecord &bond : bonds) {
       const int type = directory.entries.at((tagint) bond.partner).type;
       if (type) census.add_bond(atom->type[i], type, bond.deq);
     }

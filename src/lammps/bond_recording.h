@@ -26,10 +26,10 @@ class BondRecording : protected Pointers {
 
   /// Collective. The pairs of a full neighbor list within zone (R_i + R_j), or within alpha where zone is 0. Throws
   /// BadInput on all MPI ranks.
-  void take_zone(const NeighList *, double zone, const class PairData *, WithPerAtomComm<Fix> &);
+  void record_zone(const NeighList *, double zone, const class PairData *, WithPerAtomComm<Fix> &);
 
   /// The same of the bonds of a file, which may say what within and zone are.
-  void take_file(const std::string &name, const PairRules &);
+  void record_file(const std::string &name, const PairRules &);
 
   /// Collective. Cannot fail.
   void give_to(BondStore &);

@@ -82,7 +82,7 @@ std::string WriteEVPBonds::lines_of_pairs(const BondStore &records, BondHeader &
     partners.push_back((tagint) pair.id_j);
   };
   for (int i = 0; i < atom->nlocal; i++)
-    for (const EVP::Bond &bond : records.of(i)) add({atom->tag[i], bond.partner, bond.deq});
+    for (const EVP::BondRecord &bond : records.of(i)) add({atom->tag[i], bond.partner, bond.deq});
   for (int i = 0; records.has_history() && i < atom->nlocal; i++)
     for (const Remembered &one : records.remembered_of(i))
       add({atom->tag[i], one.partner, one.deq, one.kind});
@@ -229,7 +229,7 @@ struct Choice {
     if (rules.empty()) return;
     if (rules == ",name") return check_name(value);
     double number = 0.0;
-    bool listed = false, takes_numbers = false, holds = take_number(value, number);
+    bool listed = false, takes_numbers = false, holds = is_number(value, number);
     std::string words, kind = "a number", bounds, rule, word;
     for (std::istringstream all(rules); std::getline(all, rule, ',');) {
       if (rule.empty()) continue;
@@ -247,7 +247,7 @@ struct Choice {
         holds = holds && number == std::floor(number);
       } else if (rule != "number") {
         double bound = 0.0;
-        if (!take_number(rule.substr(sign.size()), bound) || !is_sign(sign))
+        if (!is_number(rule.substr(sign.size()), bound) || !is_sign(sign))
           throw BadInput("choice " + name + ": unknown rule '" + shown(rule) + "'");
         holds = holds && is_within(number, sign, bound);
         bounds += (bounds.empty() ? " " : " and ") + sign + " " + rule.substr(sign.size());
@@ -269,7 +269,7 @@ struct Choice {
   {
     const std::vector<std::string> words = split_words(value);
     double number;
-    if (!words.empty() && take_number(words[0], number)) return;
+    if (!words.empty() && is_number(words[0], number)) return;
     if (value.empty() || value.find_first_of(" \t\r\n\"'`#$&|;<>()\\*?%") != std::string::npos)
       throw BadInput("-var " + name +
                      " must be a name without blanks and any of \"'`#$&|;<>()\\*?%, got '" +
@@ -319,7 +319,7 @@ void EVPChoices::write_as_integer(const std::string &name, const std::string &va
 {
   constexpr double LARGEST = 9007199254740992.0;    // all integers up to 2^53 are numbers
   double number;
-  if (!take_number(value, number) || number != std::floor(number) || std::fabs(number) > LARGEST)
+  if (!is_number(value, number) || number != std::floor(number) || std::fabs(number) > LARGEST)
     return;
   const std::string plain = std::to_string((bigint) number);
   if (plain == value) return;

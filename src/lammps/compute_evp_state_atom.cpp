@@ -116,7 +116,7 @@ void ComputeEVPStateAtom::compute_peratom()
     state[0] = recorded;
     state[1] = recorded > 0.0 ? count[SECOND] / recorded : 0.0;
     state[2] = recorded > 0.0 ? 1.0 - count[WITHIN] / recorded : 0.0;
-    state[3] = in_group ? count[FRESH] : 0.0;
+    state[3] = in_group ? count[UNBONDED] : 0.0;
     for (size_t k = 0; k < values.size(); k++)
       state[NCOLUMNS + k] = in_group ? value_of(values[k], i, pair_data) : 0.0;
   }
@@ -132,7 +132,7 @@ void ComputeEVPStateAtom::add_pairs(const PairData *pair_data)
     for (const int owner : {p.i, p.j}) {
       if (owner == p.j && p.j >= list.nreact) continue;
       double *sum = &sums[(size_t) comm_reverse * owner];
-      sum[p.is_bond ? WITHIN : FRESH] += 1.0;
+      sum[p.is_bond ? WITHIN : UNBONDED] += 1.0;
       if (second) sum[SECOND] += 1.0;
     }
   });

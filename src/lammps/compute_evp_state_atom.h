@@ -31,7 +31,7 @@ class ComputeEVPStateAtom : public EVP::WithPerAtomComm<Compute> {
   double fraction = 0.0;        // volume of the spheres over that of the body
 
   /// Sums of an atom over its pairs: bonds within dlim, of these in the second regime or at their limit; new pairs.
-  enum Count { WITHIN, SECOND, FRESH, NCOUNTS };
+  enum Count { WITHIN, SECOND, UNBONDED, NCOUNTS };
 
   Values sums;    // comm_reverse of them per atom and ghost
   int nmax = 0;

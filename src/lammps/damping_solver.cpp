@@ -164,7 +164,7 @@ bool DampingSolver::meets_tolerance()
   return state == State::CONVERGED;
 }
 
-double DampingSolver::take_largest_rotation()
+double DampingSolver::largest_rotation()
 {
   const double rotated = reduce_all(most_rotated, MPI_MAX, world);
   most_rotated = 0.0;

@@ -58,7 +58,7 @@ class DampingSolver : protected Pointers {
   int solve(double h, int groupbit, const Values &prescribed, Values &applied);
 
   /// Collective. Largest angle by which a dashpot rotated in a step since the last call [rad].
-  double take_largest_rotation();
+  double largest_rotation();
 
   double memory_usage() const
   {

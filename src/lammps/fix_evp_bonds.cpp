@@ -263,12 +263,12 @@ void FixEVPBonds::record()
                twice);
   BondRecording recording(lmp, this, who, bonds->within);
   stop_at_bad_input(error, who, [&] {
-    if (!file.empty()) return recording.take_file(file, pair_data->rules);
+    if (!file.empty()) return recording.record_file(file, pair_data->rules);
     neighbor->build_one(list);
-    recording.take_zone(list, zone, pair_data, *this);
+    recording.record_zone(list, zone, pair_data, *this);
     if (list->copy) return;    // of another one, which has the memory
-    delete[] list->ipage;
-    list->setup_pages(neighbor->pgsize, neighbor->oneatom);
+    // by LAMMPS itself, whose pages are larger where it was compiled with OpenMP
+    list->ipage->init(neighbor->oneatom, neighbor->pgsize);
     list->inum = 0;    // nor does LAMMPS count these neighbors
   });
   check_box(pair_data);
@@ -347,7 +347,7 @@ void FixEVPBonds::restart(char *buf)
 {
   const auto *words = reinterpret_cast<const double *>(buf);
   BondMeasures measures;
-  if (words[0] != RESTART_FORMAT || !measures.take(words + 11, atom->ntypes))
+  if (words[0] != RESTART_FORMAT || !measures.unpack(words + 11, atom->ntypes))
     error->all(FLERR,
                "{}: its section of the restart file is damaged, or from a version of this package "
                "that wrote another format",

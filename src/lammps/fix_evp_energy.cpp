@@ -63,7 +63,7 @@ bool FixEVPEnergy::others_act() const
 void FixEVPEnergy::setup(int /*vflag*/)
 {
   if (update->whichflag != 1) return;
-  take_work();
+  bring_forces_home();
   if (box.acts) {
     const double done = box.begin(domain);
     if (started) entries[BOX] += reduce_all(done, MPI_SUM, world);
@@ -79,9 +79,9 @@ void FixEVPEnergy::setup(int /*vflag*/)
 }
 
 // of the forces since the last call; there are none where rerun ends its step right after set-up
-void FixEVPEnergy::take_work()
+void FixEVPEnergy::bring_forces_home()
 {
-  if (!work->take()) return;
+  if (!work->claim()) return;
   if (!work->force.empty()) reverse_comm(work->force);
   if (!work->damping.empty()) reverse_comm(work->damping);
 }
@@ -221,7 +221,7 @@ void FixEVPEnergy::note_images()
 void FixEVPEnergy::end_of_step()
 {
   if (bonds) bonds->end_of_step();    // whichever comes first
-  take_work();
+  bring_forces_home();
   const Totals now = over_all_ranks({instant_here(), works_of_step()});
   last = now.instant;
   taken += now.works.dissipated;

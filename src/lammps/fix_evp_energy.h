@@ -103,7 +103,7 @@ class BoxWork {
   {
     move_to(domain);
     const double done = std::exchange(carried, 0.0) + through_moved();
-    take_forces();
+    note_forces();
     return std::exchange(before, true) ? done + through_moved() : 0.0;
   }
 
@@ -123,7 +123,7 @@ class BoxWork {
   /// At the next forces: work of the step. damping: that in the half step after.
   double end_step(double damping)
   {
-    take_forces();
+    note_forces();
     return done + std::exchange(carried, 0.0) + damping + through_moved();
   }
 
@@ -171,7 +171,7 @@ class BoxWork {
   }
 
   double through_moved() const { return 0.5 * work_of(through, moved); }
-  void take_forces()
+  void note_forces()
   {
     through = pairs.through.whole;
     for (int c = 0; c < 6; c++) through[c] -= pairs.through.damping[c];
@@ -276,7 +276,7 @@ class FixEVPEnergy : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Ato
   // does fix nve/evp solve for the damping?
   bool is_solved() const { return implicit && pair_data->damps_implicitly(); }
   bool others_act() const;
-  void take_work();
+  void bring_forces_home();
   Instant instant_here() const;
   double kinetic_here() const;
   double damping_of_box() const;

@@ -248,7 +248,7 @@ double FixNVEEVP::power_of_box() const
 // Collective, once per neighbor build and at the end of a run: fast rotation leads to builds.
 void FixNVEEVP::warn_of_rotation()
 {
-  const double angle = solver.take_largest_rotation();
+  const double angle = solver.largest_rotation();
   if (rotation_warned || angle <= 1.01 * LARGEST_ROTATION) return;
   rotation_warned = true;
   if (comm->me) return;

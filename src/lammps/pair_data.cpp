@@ -104,7 +104,7 @@ PackedPair PairData::pair_between(int i, int j, int itype, int jtype) const
     if (own >= lists.nlocal) continue;
     for (const auto &[list, row] : rows_of_atoms[own])
       for (int k = row.first; k < row.last; k++)
-        if (atom->tag[list->j[k]] == atom->tag[other]) return list->pair(own, k);
+        if (atom->tag[list->j[k]] == atom->tag[other]) return list->pair(k);
   }
   PackedPair none{};    // at rest where the spheres touch
   none.inv_deq = 1.0 / (atom->radius[i] + atom->radius[j]);
@@ -310,7 +310,7 @@ bool PairData::pack(const NeighList *neighbors)
   // with the same neighbor list the records have not been told of what changed
   if (histories.are_due() && snapshot.matches_list())
     scene::find_fix(modify, "evp/bonds")->pre_exchange();
-  snapshot.take_atoms(!atom->avec->comm_x_only);
+  snapshot.note_atoms(!atom->avec->comm_x_only);
   lists.nlocal = atom->nlocal;
   lists.nall = atom->nlocal + atom->nghost;
   lists.nreact = force->newton_pair ? lists.nall : lists.nlocal;
@@ -358,11 +358,11 @@ void PairData::find_far(bigint records_without_pair)
 
 void PairData::commit(bool at_rest)
 {
-  VolumeForces *const to_tell = rules.breaks() ? volume() : nullptr;
+  const bool shares_leave = volume() && rules.breaks();    // past dlim there are none
   if (at_rest) histories.find_next();
-  if (to_tell && at_rest) to_tell->evaluate(lists);
-  histories.commit(at_rest, wanted_work(), to_tell);
-  if (to_tell) to_tell->commit();
+  if (shares_leave && at_rest) volume()->evaluate(lists);
+  histories.commit(at_rest, wanted_work(), volume());
+  if (shares_leave) volume()->commit();
 }
 
 // Collective. All MPI ranks agree on what any of them has found in its pairs; warns of overlaps, and again when there are

@@ -34,7 +34,7 @@ class ListSnapshot : protected Pointers {
   void forget() { call = -1; }
 
   /// When packing begins. keep_radii: radii may vary at every step.
-  void take_atoms(bool keep_radii)
+  void note_atoms(bool keep_radii)
   {
     forget();
     nlocal = atom->nlocal;

@@ -29,13 +29,21 @@ static constexpr double LONGEST_ID = 1000;
 namespace {
 
 /// Hands energies and forces to LAMMPS pair by pair: for per-atom values and compute */tally.
-struct PairTally {
-  static constexpr bool stored = false;
-  const bool potential;
-  Pair *style;
-  int nlocal, newton;
+class PairTally final : public PairConsumer {
+ public:
+  PairTally(Pair *style_in, int nlocal_in, int newton_in, bool potential_in, bool incremental_in) :
+      style(style_in), nlocal(nlocal_in), newton(newton_in), potential(potential_in),
+      incremental(incremental_in)
+  {
+  }
 
-  void operator()(const PairRange &range, const PairBlock &block) const
+  void ask(const PairList &, BlockLaw::Asked &asked) const override
+  {
+    asked.potential |= potential;
+    asked.incremental |= incremental;
+  }
+
+  void operator()(const PairRange &range, PairBlock &block) override
   {
     range.for_each_row([&](int i, int first, int last) {
       for (int k = first; k < last; k++) {
@@ -45,19 +53,14 @@ struct PairTally {
       }
     });
   }
+
+ private:
+  Pair *const style;
+  const int nlocal, newton;
+  const bool potential, incremental;
 };
 
 }    // namespace
-
-/// Sums over a list, which go to LAMMPS at its end.
-struct PairEVPLJ::SumForLAMMPS : SumTally {
-  PairEVPLJ &style;
-  ~SumForLAMMPS()
-  {
-    style.eng_vdwl += energies.total();
-    for (int k = 0; k < 6; k++) style.virial[k] += virials[k].total();
-  }
-};
 
 PairEVPLJ::PairEVPLJ(LAMMPS *lmp) : Pair(lmp), pair_data(lmp, coefficients)
 {
@@ -195,7 +198,7 @@ void PairEVPLJ::compute(int eflag, int vflag)
   const bool damps = pair_data.damping_acts() && pair_data.damps_explicitly();
   if (damps && !comm->ghost_velocity) comm->forward_comm(this);
   velocities_sent = damps;
-  damps ? compute_forces<true>() : compute_forces<false>();
+  sum_forces(damps);
 
   if (eflag_global) eng_vdwl += pair_data.energy_beyond_list();
   const bool summed = vflag_fdotr;    // the sum clears its flag
@@ -251,55 +254,36 @@ void PairEVPLJ::stop_at_blow_up() const
              saved >= 0 ? fmt::format("step {}", saved) : "none");
 }
 
-template <bool Damping> void PairEVPLJ::compute_forces()
+void PairEVPLJ::sum_forces(bool damps)
 {
   PairLists &lists = pair_data.lists_to_evaluate();
-  const bool energy = eflag_either != 0;
-  const ParticleView view = {rows(atom->x), rows(atom->v),
-                             reinterpret_cast<double(*)[3]>(atom->f ? atom->f[0] : nullptr),
-                             lists.nreact};
-  if (VolumeForces *const volume = pair_data.volume()) volume->evaluate(lists, view);
-  if (!evflag)
-    sum_forces<Damping>(lists, view, [] {
-      return NoTally();
-    });
-  else if (eflag_atom || vflag_atom || cvflag_atom || num_tally_compute > 0)
-    sum_forces<Damping>(lists, view, [&] {
-      return PairTally{energy, this, lists.nlocal, force->newton_pair};
-    });
-  else
-    sum_forces<Damping>(lists, view, [&] {
-      return SumForLAMMPS{{view.nreact, energy, vflag_global != 0}, *this};
-    });
-}
-
-// make_tally(): what LAMMPS asks for of one list; the volume energy is reported by its fix
-template <bool Damping, class MakeTally>
-void PairEVPLJ::sum_forces(PairLists &lists, const ParticleView &view, MakeTally &&make_tally)
-{
+  ParticleView view = {rows(atom->x), damps ? rows(atom->v) : nullptr,
+                       reinterpret_cast<double(*)[3]>(atom->f ? atom->f[0] : nullptr),
+                       lists.nreact};
+  VolumeForces *const volume = pair_data.volume();
+  if (volume) volume->evaluate(lists, view);
   PairWork *work = pair_data.wanted_work();
-  if (work && work->is_fresh()) work = nullptr;
-  if (work) work->begin(lists.nall, view, Damping);
-  EndingBonds *const ending = pair_data.histories.ending_to_find();
-  const VolumeForces *const volume = pair_data.volume();
-  const auto with_tally = [&](bool are_bonds, auto &&f) {
-    auto tally = make_tally();
-    if (work)
-      f(PairWork::Beside<decltype(tally)>{*work, tally, view.nreact, are_bonds});
-    else
-      f(tally);
+  if (work && work->is_evaluated()) work = nullptr;
+  if (work) work->begin(lists.nall, view);
+
+  const bool energy = eflag_either != 0, incremental = pair_data.is_incremental();
+  const bool each = eflag_atom || vflag_atom || cvflag_atom || num_tally_compute > 0;
+  PairTally tally(this, lists.nlocal, force->newton_pair, energy, incremental);
+  const auto add = [&](PairList &list, const BlockLaw &law, PairConsumer *volume_forces,
+                       PairConsumer *ending) {
+    PairSums sums(lists.nreact, energy, vflag_global != 0, incremental);
+    PairConsumer *const asked = each ? static_cast<PairConsumer *>(&tally) : &sums;
+    accumulate_forces(list, law, view, {volume_forces, ending, evflag ? asked : nullptr, work});
+    eng_vdwl += sums.energies.total();
+    for (int k = 0; k < 6; k++) virial[k] += sums.virials[k].total();
   };
-  for (PairList *list : {&lists.bonds, &lists.contacts})
-    with_tally(list->are_bonds, [&](auto &&tally) {
-      accumulate_forces<Damping>(*list, coefficients.block_law(*list), view, tally,
-                                 pair_data.is_incremental(), list->are_bonds ? ending : nullptr,
-                                 VolumeForces::of_list(volume, *list));
-    });
+  add(lists.bonds, coefficients.block_law(lists.bonds), volume ? &volume->on_bonds : nullptr,
+      pair_data.histories.ending_to_find());
+  add(lists.contacts, coefficients.block_law(lists.contacts), nullptr, nullptr);
+  view.v = nullptr;
   if (volume)
-    with_tally(true, [&](auto &&tally) {
-      volume->add_forces(view, tally);
-    });
-  if (work) work->end(view);
+    add(volume->others(), {}, &volume->on_others, nullptr);    // its fix reports the energy
+  if (work) work->finish(view);
 }
 
 double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double /*factor_coul*/,
@@ -310,8 +294,8 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   const PairLaw &law = pair_data.law_of(pair);
   const double d = std::sqrt(rsq), deq = 1.0 / pair.inv_deq;
   const PairState now = law.state(d * pair.inv_deq, pair);
-  const bool parted = pair.flow == Flow::COMPRESSES && d > deq;
-  const bool acts = rsq <= pair.cutsq && factor_lj != 0.0 && !parted;
+  const bool is_apart = pair.flow == Flow::COMPRESSES && d > deq;
+  const bool acts = rsq <= pair.cutsq && factor_lj != 0.0 && !is_apart;
   svector[0] = deq;
   svector[1] = (d - deq) / deq;
   svector[2] = acts ? now.regime : 0.0;

@@ -54,10 +54,7 @@ class PairEVPLJ : public Pair {
     for (const char *name : {"hybrid", "hybrid/omp", "hybrid/kk"})    // one class, or its heir
       if (strcmp(force->pair_style, name) == 0) single_extra = 0;
   }
-  struct SumForLAMMPS;
-  template <bool Damping> void compute_forces();
-  template <bool Damping, class MakeTally>
-  void sum_forces(EVP::PairLists &, const EVP::ParticleView &, MakeTally &&);
+  void sum_forces(bool damps);
   void stop_at_blow_up() const;
   void print_row(FILE *, const std::string &types, int i, int j) const;
   void read_together(FILE *, void *data, size_t size) const;

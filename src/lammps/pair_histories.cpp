@@ -22,6 +22,8 @@ void PairHistories::begin_run(BondStore *records_in, PerAtomComm *exchange_in)
   records = records_in;
   exchange = exchange_in;
   limits_due = false;
+  strains.clear();
+  ends.strains = nullptr;
   every = scene::find_fix(modify, "nve/evp") ? 1 : EVERY;
 }
 
@@ -41,7 +43,11 @@ void PairHistories::note_packing()
   ends.clear();
   if (!rules.has_history()) return;
   sums.reset(lists.nall);
-  if (rules.plastic) share_limits();
+  if (!rules.plastic) return;
+  share_limits();
+  for_each_limit([](double &limit, double now, const auto &...) {
+    limit = now;
+  });
 }
 
 // what ghosts have summed; bonds that have ended wait until the records are told
@@ -65,11 +71,11 @@ void PairHistories::share_limits()
     values[(size_t) 3 * i + 1] = p;
   }
   exchange->forward_comm(values);
-  lists.limits.resize(lists.nall);
+  limits.resize(lists.nall);
   strains.resize(rules.breaks() ? lists.nall : 0);
   bool fails = false;
   for (int i = 0; i < lists.nall; i++) {
-    lists.limits[i] = values[(size_t) 3 * i];
+    limits[i] = values[(size_t) 3 * i];
     if (!rules.breaks()) continue;
     strains[i] = values[(size_t) 3 * i + 1];
     fails = fails || strains[i] >= rules.break_strain;
@@ -85,40 +91,52 @@ void PairHistories::move_limits(PairWork *work)
   bring_sums_home();
   for (int i = 0; i < lists.nlocal; i++)
     records->sphere(i).move_on((double) records->of(i).size() - sums.of(i, FlowSums::ENDED));
-  limits_before.assign(lists.limits.begin(), lists.limits.end());
   share_limits();
-  for (int i = 0; i < lists.nall; i++) {
-    if (!(lists.limits[i] < limits_before[i])) continue;
-    for (PairList *list : {&lists.bonds, &lists.contacts}) keep_below_limits(*list, work);
-    return;
-  }
+  for_each_limit([&](double &limit, double now, PairList &list, int i, int n) {
+    const double before = std::exchange(limit, now);
+    if (now < before) keep_below_limit(list, i, n, before, work);
+  });
 }
 
-// Where limits have become smaller, at the distances of now: what pairs store beyond them is dissipated
-void PairHistories::keep_below_limits(PairList &list, PairWork *work)
+// of a pair of particle i
+double PairHistories::limit_of(int law, int i, double of_partner) const
 {
-  for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
-    const PairLaw &law = coefficients.law(p.law);
-    PairVariables was = p;
-    was.limit = std::min(limits_before[p.i], limits_before[p.j]);
-    if (law.own_limit > 0.0 || !(p.limit < was.limit)) return;
-    const PairState before = law.state(p.ratio(), was), now = law.state(p.ratio(), p);
-    if (now.inv_deq == p.inv_deq) return;
-    const double dissipated = before.dissipated + before.stored.elastic - now.stored.elastic;
-    if (p.is_bond)
-      sums.add(p.i, p.j, lists.nreact, FlowSums::SLIP,
-               std::fabs(log_of_ratio(now.inv_deq, p.inv_deq)));
-    sums.add(p.i, p.j, lists.nreact, FlowSums::WORK, 0.5 * dissipated);
-    list.inv_deq[p.index] = now.inv_deq;
-    if (work) work->add_dissipated(rank_share(p.j, lists.nreact) * dissipated);
-  });
+  const double own = coefficients.law(law).own_limit;
+  return own > 0.0 ? own : std::min(limits[i], of_partner);
+}
+
+// Calls f(limit, limit by those of the spheres now, list, i, n) for pair n of a list, of particle i
+template <class F> void PairHistories::for_each_limit(F &&f)
+{
+  for (PairList *list : {&lists.bonds, &lists.contacts})
+    for (const PackedRow &row : list->rows)
+      for (int n = row.first; n < row.last; n++)
+        f(list->limit[n], limit_of(list->law[n], row.i, limits[list->j[n]]), *list, row.i, n);
+}
+
+// Where its limit has become smaller, at the distance of now: what a pair stores beyond it is dissipated
+void PairHistories::keep_below_limit(PairList &list, int i, int n, double before, PairWork *work)
+{
+  const PackedPair pair = list.pair(n);
+  const PlacedPair p{pair, i, n, n, PairGeometry(scene::rows(atom->x), i, pair.j)};
+  const PairLaw &law = coefficients.law(p.law);
+  PairVariables was = p;
+  was.limit = before;
+  const PairState then = law.state(p.ratio(), was), now = law.state(p.ratio(), p);
+  if (now.inv_deq == p.inv_deq) return;
+  const double dissipated = then.dissipated + then.stored.elastic - now.stored.elastic;
+  if (p.is_bond)
+    sums.add(i, p.j, lists.nreact, FlowSums::SLIP, std::fabs(log_of_ratio(now.inv_deq, p.inv_deq)));
+  sums.add(i, p.j, lists.nreact, FlowSums::WORK, 0.5 * dissipated);
+  list.inv_deq[n] = now.inv_deq;
+  if (work) work->add_dissipated(rank_share(p.j, lists.nreact) * dissipated);
 }
 
 void PairHistories::commit(bool at_rest, PairWork *work, VolumeForces *volume)
 {
   due = true;
   for (PairList *list : {&lists.bonds, &lists.contacts})
-    if (list->stays()) list->commit(lists.nreact, sums);
+    if (list->stays()) commit_flow(*list, lists.nreact, sums);
   end_bonds(work, volume);
   end_far_bonds(work);
   if (at_rest && rules.plastic) move_limits(work);
@@ -140,9 +158,8 @@ void PairHistories::find_next()
                              reinterpret_cast<double(*)[3]>(scratch.data()), lists.nreact};
   ends.clear();
   ends.strains = strains.empty() ? nullptr : strains.data();
-  for (PairList *list : {&lists.bonds, &lists.contacts})
-    accumulate_forces<false>(*list, coefficients.block_law(*list), view, NoTally(), false,
-                             list->are_bonds ? &ends : nullptr);
+  accumulate_forces(lists.bonds, coefficients.block_law(lists.bonds), view, {&ends});
+  accumulate_forces(lists.contacts, coefficients.block_law(lists.contacts), view);
 }
 
 // at the end of a step, when deq has moved
@@ -152,8 +169,8 @@ void PairHistories::end_bonds(PairWork *work, VolumeForces *volume)
   PairList &contacts = lists.contacts;
   for (size_t n = 0; n < ends.found.size(); n++) {
     const int k = ends.found[n], i = lists.bonds.owner_of(k);
-    const PackedPair bond = lists.bonds.pair(i, k);
-    const double d = std::min(bond.cut, ends.distances[n]);
+    const PackedPair bond = lists.bonds.pair(k);
+    const double d = bond.up_to_cutoff(ends.squared_distances[n]);
     const Span left = rules.of_ended(atom->radius[i] + atom->radius[bond.j], d);
     journal.push_back({i, bond.j, atom->tag[bond.j], left.deq, PairEvent::ENDED});
     if (rules.plastic) sums.add(i, bond.j, lists.nreact, FlowSums::ENDED, 1.0);
@@ -164,6 +181,7 @@ void PairHistories::end_bonds(PairWork *work, VolumeForces *volume)
     if (left.cutoff == 0.0) continue;
     demand_room(contacts, 1, error);
     contacts.set(contacts.size(), bond.j, left.deq, left.cutoff, bond.law);
+    if (rules.plastic) contacts.limit[contacts.size()] = bond.limit;
     contacts.add_row(i, 1);
   }
   lists.bonds.remove(ends.found);
@@ -201,7 +219,7 @@ void PairHistories::return_to(const BondStore &store, VolumeForces *volume)
   for (int i = 0; i < lists.nlocal; i++) sums.of(i, FlowSums::ENDED) = 0.0;
 }
 
-void PairHistories::take(const PairEvent &event)
+void PairHistories::apply(const PairEvent &event)
 {
   const auto remember = [&](Remembered::Kind kind) {
     if (!records->find_remembered(event.i, event.partner))
@@ -228,11 +246,11 @@ void PairHistories::add_moves()
       for (int k = row.first; k < row.last; k++) {
         const int i = row.i, j = list->j[k];
         if (j >= lists.nreact && tag[i] > tag[j]) continue;
-        const Bond *const bond = list->are_bonds ? records->find(i, tag[j]) : nullptr;
+        const BondRecord *const bond = list->are_bonds ? records->find(i, tag[j]) : nullptr;
         const double inv_deq = list->inv_deq[k];
         // contacts end at R_i + R_j as these were packed
         if (bond ? 1.0 / bond->deq != inv_deq
-                 : !list->are_bonds && inv_deq * list->pair(i, k).cut > 1.0 + CONTACT_MARGIN)
+                 : !list->are_bonds && inv_deq * list->pair(k).cut > 1.0 + CONTACT_MARGIN)
           journal.push_back(
               {i, j, tag[j], 1.0 / inv_deq, bond ? PairEvent::MOVED : PairEvent::REMEMBERED});
       }
@@ -253,11 +271,11 @@ void PairHistories::tell_owners()
   std::vector<PairEvent> messages;
   std::vector<int> ranks;
   for (const PairEvent &event : journal) {
-    take(event);
+    apply(event);
     if (event.j < 0) continue;
     PairEvent other = {event.j, -1, atom->tag[event.i], event.deq, event.what};
     if (event.j < nlocal) {
-      take(other);
+      apply(other);
       continue;
     }
     other.i = (int) owner[(size_t) 3 * event.j + 1];
@@ -269,7 +287,7 @@ void PairHistories::tell_owners()
   std::vector<PairEvent> received(n);
   irregular.exchange_data((char *) messages.data(), sizeof(PairEvent), (char *) received.data());
   irregular.destroy_data();
-  for (const PairEvent &event : received) take(event);
+  for (const PairEvent &event : received) apply(event);
 }
 
 int64_t PairHistories::find_far()
@@ -283,15 +301,16 @@ int64_t PairHistories::find_far()
   for (int k = 0; k < atom->nlocal + atom->nghost; k++) atoms.emplace_back(atom->tag[k], k);
   std::sort(atoms.begin(), atoms.end());
 
-  const auto add = [&](int i, const Bond &bond, const AtomDirectory::Entry &partner) {
+  const auto add = [&](int i, const BondRecord &bond, const AtomDirectory::Entry &partner) {
     if (partner.type == 0 || !types.handles(atom->type[i], partner.type)) {
       without_pair++;
       if (partner.type == 0) deleted.emplace_back(i, (tagint) bond.partner);
       return;
     }
-    const PairLaw &law = coefficients.law(coefficients.index(atom->type[i], partner.type));
+    const int index = coefficients.index(atom->type[i], partner.type);
+    const PairLaw &law = coefficients.law(index);
     const Span span = rules.of_bond(bond.deq, law.row.alpha * (atom->radius[i] + partner.radius));
-    const double limit = rules.plastic ? std::min(lists.limits[i], partner.limit) : 0.0;
+    const double limit = rules.plastic ? limit_of(index, i, partner.limit) : 0.0;
     far.push_back(
         {i, (tagint) bond.partner, bond.deq, partner.radius, span.cutoff,
          law.state(span.cutoff / bond.deq, {1.0 / bond.deq, rules.flow_of_bonds(), limit})});
@@ -301,7 +320,7 @@ int64_t PairHistories::find_far()
   std::vector<tagint> partners;
   for (int i = 0; i < atom->nlocal; i++)
     for (int slot = 0; slot < (int) records->of(i).size(); slot++) {
-      const Bond &bond = records->of(i)[slot];
+      const BondRecord &bond = records->of(i)[slot];
       const auto partner = (tagint) bond.partner;
       auto at = std::lower_bound(atoms.begin(), atoms.end(), std::pair(partner, 0));
       if (at == atoms.end() || at->first != partner) {
@@ -315,11 +334,11 @@ int64_t PairHistories::find_far()
         is_near = is_near ||
             PairGeometry(x, i, at->second).dsq <= cutneighsq[atom->type[i]][atom->type[j]];
       if (!is_near || !types.handles(atom->type[i], atom->type[j]))
-        add(i, bond, {atom->type[j], atom->radius[j], rules.plastic ? lists.limits[j] : 0.0});
+        add(i, bond, {atom->type[j], atom->radius[j], rules.plastic ? limits[j] : 0.0});
     }
 
   if (on_any(!partners.empty(), world)) {
-    const AtomDirectory directory(lmp, partners, rules.plastic ? lists.limits.data() : nullptr);
+    const AtomDirectory directory(lmp, partners, rules.plastic ? limits.data() : nullptr);
     for (size_t k = 0; k < partners.size(); k++)
       add(far_away[k].first, records->of(far_away[k].first)[far_away[k].second],
           directory.entries.at(partners[k]));

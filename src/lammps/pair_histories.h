@@ -89,7 +89,7 @@ class PairHistories : protected Pointers {
 
   double memory_usage() const
   {
-    return bytes_of(ends.found, ends.distances, journal, far, sums.values, strains, limits_before);
+    return bytes_of(ends.found, ends.squared_distances, journal, far, sums.values, strains, limits);
   }
 
  private:
@@ -123,21 +123,24 @@ class PairHistories : protected Pointers {
   };
 
   EndingBonds ends;
-  std::vector<PairEvent> journal;    // bonds that have ended, since the records were told
+  std::vector<PairEvent>
+      journal;    // what the records have not been told; between two tellings bonds that have ended
   std::vector<FarBond> far;
   FlowSums sums;
-  // of own atoms and ghosts: plastic strains, where bonds end by them; limits before they moved on last
-  std::vector<double> strains, limits_before;
+  // of own atoms and ghosts: plastic strains, where bonds end by them; with plasticity how far their bonds hold, see Limit
+  std::vector<double> strains, limits;
   bool due = false, limits_due = false;
   int every = 1;    // steps between two updates of the limits
 
   void bring_sums_home();
   void share_limits();
   void move_limits(PairWork *);
-  void keep_below_limits(PairList &, PairWork *);
+  double limit_of(int law, int i, double of_partner) const;
+  template <class F> void for_each_limit(F &&);
+  void keep_below_limit(PairList &, int i, int n, double before, PairWork *);
   void end_bonds(PairWork *, VolumeForces *);
   void end_far_bonds(PairWork *);
-  void take(const PairEvent &);
+  void apply(const PairEvent &);
   void tell_owners();
   void add_moves();
 };

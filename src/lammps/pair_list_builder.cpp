@@ -30,7 +30,7 @@ PairListBuilder::Found PairListBuilder::build(const Input &input, PairLists &lis
   lists.bonds.clear(BOND_MARGIN, input.rules.flow_of_bonds());
   lists.contacts.clear(input.rules.contact_margin(false, input.any_damping),
                        input.rules.flow_of_contacts());
-  lists.fresh.clear(BOND_MARGIN, Flow::FORGETS);
+  lists.unbonded.clear(BOND_MARGIN, Flow::FORGETS);
 
   Found found{};
   View view = {scene::rows(atom->x),
@@ -85,7 +85,8 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
   static const BondStore::Bonds none;
   const PairRules rules = input.rules;    // apart from what is written
   const BondStore::Bonds &own_records = input.bonds ? input.bonds->of(i) : none;
-  const Bond *const records = own_records.data(), *const records_end = records + own_records.size();
+  const BondRecord *const records = own_records.data(),
+                          *const records_end = records + own_records.size();
   const int *const neighbors = view.firstneigh[i], nneighbors = view.numneigh[i];
   const double own_radius = view.radius[i], own_x[3] = {view.x[i][0], view.x[i][1], view.x[i][2]};
   const int first_law = input.coefficients->index(view.type[i], 0);
@@ -103,7 +104,7 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
   for (int jj = 0; jj < nneighbors; jj++) {
     if (view.excluded >> (neighbors[jj] >> SBBITS & 3) & 1) continue;
     const int j = neighbors[jj] & NEIGHMASK;
-    const Bond *const bond = BondStore::find(records, records_end, view.tag[j]);
+    const BondRecord *const bond = BondStore::find(records, records_end, view.tag[j]);
     const bool is_bond = bond != nullptr;
     if (!is_bond && !with_contacts) continue;
 

@@ -43,8 +43,8 @@ void PairTypes::begin_run(const BondStore *bonds)
         const auto *radius = (const double *) fix->extract("radius", itype);
         if (radius) max_radius[type] = std::max(max_radius[type], *radius);
       }
-  take_measures(bonds);
-  take_kv();
+  set_measures(bonds);
+  set_kv_of_types();
 }
 
 double PairTypes::handle(int i, int j, double alpha)
@@ -86,13 +86,13 @@ Row PairTypes::make(int i, int j, bool plastic)
   return row;
 }
 
-bool PairTypes::take_measures(const BondStore *bonds)
+bool PairTypes::set_measures(const BondStore *bonds)
 {
   static const BondMeasures none;    // a packing allocates nothing
-  return coefficients.take_measures(bonds ? bonds->measures : none);
+  return coefficients.set_measures(bonds ? bonds->measures : none);
 }
 
-void PairTypes::take_kv()
+void PairTypes::set_kv_of_types()
 {
   const auto volume = scene::find_shared<VolumeForces>(modify, "evp/volume", "volume");
   for (int type = 1; volume && volume->is_of_rows() && type <= atom->ntypes; type++)
@@ -103,11 +103,11 @@ void PairTypes::take_kv()
 
 void PairTypes::rescale_if_measures_changed(const BondStore *bonds, bool plastic)
 {
-  if (!take_measures(bonds)) return;
+  if (!set_measures(bonds)) return;
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
       if (handles(i, j)) make(i, j, plastic);
-  take_kv();
+  set_kv_of_types();
 }
 
 std::string PairTypes::describe(int i, int j, bool with_kv) const

@@ -62,8 +62,8 @@ class PairTypes : protected Pointers {
 
   bool has_types() const { return !longest_of.empty(); }
   size_t index(int i, int j) const { return std::min(i, j) * max_radius.size() + std::max(i, j); }
-  bool take_measures(const BondStore *);
-  void take_kv();
+  bool set_measures(const BondStore *);
+  void set_kv_of_types();
   template <class F> void stop_at_bad_row(int i, int j, F &&f) const;
   std::string describe() const;
   std::string describe(int i, int j, bool with_kv) const;

@@ -27,14 +27,14 @@ void StableTimesteps::linearise(const PairData &pair_data, const FreeAtoms &free
 {
   stiffest = -1.0;
   all_converged = true;
-  take_atoms(free);
+  note_atoms(free);
   linear.with_volume = pair_data.volume() != nullptr;
   linear.nreact = pair_data.packed_pairs().nreact;
-  take_pairs(pair_data);
+  note_pairs(pair_data);
   if (VolumeForces *const volume = pair_data.volume()) {    // atoms may have moved since the forces
     const PairLists &lists = pair_data.packed_pairs();
     volume->evaluate_aside(lists);
-    take_volume(*volume, lists);
+    note_volume(*volume, lists);
     linear.find_springs_above_volume();
   }
   least_damping = NO_LIMIT;
@@ -52,7 +52,7 @@ void StableTimesteps::linearise(const PairData &pair_data, const FreeAtoms &free
   any_undamped = on_any(undamped, world);
 }
 
-void StableTimesteps::take_atoms(const FreeAtoms &free)
+void StableTimesteps::note_atoms(const FreeAtoms &free)
 {
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
   linear.inverse_mass.assign(nall, 0.0);
@@ -68,7 +68,7 @@ void StableTimesteps::take_atoms(const FreeAtoms &free)
     }
 }
 
-void StableTimesteps::take_pairs(const PairData &pair_data)
+void StableTimesteps::note_pairs(const PairData &pair_data)
 {
   linear.links.clear();
   linear.volume_links.clear();
@@ -86,7 +86,7 @@ void StableTimesteps::take_pairs(const PairData &pair_data)
 }
 
 // Its pairs are links already, or become such, without damping. F = -pull 2 t/dlim
-void StableTimesteps::take_volume(const VolumeForces &volume, const PairLists &lists)
+void StableTimesteps::note_volume(const VolumeForces &volume, const PairLists &lists)
 {
   for (int i = 0; i < atom->nlocal; i++) linear.volume_stiffness.push_back(volume.stiffness(i));
   std::vector<std::pair<std::pair<int, int>, size_t>> known;

@@ -43,7 +43,7 @@ void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, BondStore 
   const bool takes = store->reaches != reaches;
   if (const bigint now = sum_of_partners(); std::exchange(partners, now) != now || takes) {
     const std::vector<NeighborDensity> rest = at_rest(coefficients);
-    if (takes) take_references(rest);
+    if (takes) set_references(rest);
     store->reaches = reaches;
     for (int i = 0; i < atom->nlocal; i++) lose_partners(store->volume(i), rest[i]);
   }
@@ -65,16 +65,16 @@ void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, BondStore 
         lists.bonds.inv_dlim[k] = 1.0 / dlim(coefficients, i, j, true);
       }
     if (!has_strain(i)) continue;
-    demand_room(lists.fresh, neighbors->numneigh[i], error);
+    demand_room(lists.unbonded, neighbors->numneigh[i], error);
     int n = 0;
     for (int jj = 0; jj < neighbors->numneigh[i]; jj++) {
       const int j = neighbors->firstneigh[i][jj] & NEIGHMASK;
       if (bonded_to[j] == i || scene::is_excluded(lmp->force, neighbors->firstneigh[i][jj]))
         continue;
       const double end = dlim(coefficients, i, j, false);
-      if (end > 0.0) lists.fresh.set(lists.fresh.size() + n++, j, end, end);
+      if (end > 0.0) lists.unbonded.set(lists.unbonded.size() + n++, j, end, end);
     }
-    lists.fresh.add_row(i, n);
+    lists.unbonded.add_row(i, n);
   }
 
   const double now = neighbor->nex_type + neighbor->nex_group + neighbor->nex_mol;
@@ -92,8 +92,9 @@ void VolumeForces::fill_gaps(const PairLists &lists, bool at_rest_only)
     VolumeReference &own = store->volume(i).reference;
     const DensityNow now = density(i);
     const double denser = now.bonded - own.own.rho;
-    if (now.fresh == 0.0 || (at_rest_only && std::fabs(denser) > AT_REST * own.own.rho)) continue;
-    own.gap = std::max(own.gap, now.fresh + std::max(0.0, denser));
+    if (now.unbonded == 0.0 || (at_rest_only && std::fabs(denser) > AT_REST * own.own.rho))
+      continue;
+    own.gap = std::max(own.gap, now.unbonded + std::max(0.0, denser));
     own.torn = 1.0;
   }
 }
@@ -116,9 +117,9 @@ void VolumeForces::lose_partners(VolumeRecord &record, const NeighborDensity &le
 void VolumeForces::pair_leaves(PairLists &lists, int i, int j, double dlim) const
 {
   if (!(dlim > 0.0)) return;
-  demand_room(lists.fresh, 1, error);
-  lists.fresh.set(lists.fresh.size(), j, dlim, dlim);
-  lists.fresh.add_row(i, 1);
+  demand_room(lists.unbonded, 1, error);
+  lists.unbonded.set(lists.unbonded.size(), j, dlim, dlim);
+  lists.unbonded.add_row(i, 1);
 }
 
 // Collective. Bonds that end at the end of the step count as new pairs at once, so that the next set-up finds the same
@@ -211,12 +212,12 @@ std::vector<NeighborDensity> VolumeForces::at_rest(const Coefficients &coefficie
 {
   std::vector<tagint> partners;
   for (int i = 0; i < atom->nlocal; i++)
-    for (const Bond &bond : store->of(i)) partners.push_back((tagint) bond.partner);
+    for (const BondRecord &bond : store->of(i)) partners.push_back((tagint) bond.partner);
   const AtomDirectory directory(lmp, partners);
 
   std::vector<NeighborDensity> sums(atom->nlocal, NeighborDensity{});
   for (int i = 0; i < atom->nlocal; i++)
-    for (const Bond &bond : store->of(i)) {
+    for (const BondRecord &bond : store->of(i)) {
       const AtomDirectory::Entry &partner = directory.entries.at((tagint) bond.partner);
       if (partner.type == 0) continue;
       const double alpha = coefficients.row(atom->type[i], partner.type).alpha;
@@ -227,7 +228,7 @@ std::vector<NeighborDensity> VolumeForces::at_rest(const Coefficients &coefficie
 
 // Where bonds have flowed or ended the bond file says what the references were; a fix that is new takes them for what they
 // are at the deq of now
-void VolumeForces::take_references(const std::vector<NeighborDensity> &rest)
+void VolumeForces::set_references(const std::vector<NeighborDensity> &rest)
 {
   std::vector<char> is_known(atom->nlocal, 0);
   bigint unknown = 0;
@@ -239,7 +240,7 @@ void VolumeForces::take_references(const std::vector<NeighborDensity> &rest)
     own.reference = {rest[i], 0.0, 0.0};
     unknown += store->has_history() && !store->sphere(i).is_new(store->of(i).size());
   }
-  take_gaps(is_known);
+  set_gaps(is_known);
   unknown = reduce_all(unknown, MPI_SUM, world);
   if (unknown > 0 && comm->me == 0)
     error->warning(FLERR,
@@ -270,7 +271,7 @@ void VolumeForces::note_bonds_at_rest(const PairLists &lists)
 
 // Collective. The gap of each atom to the mean of its type, of those that are not at a surface: these have a slope far below
 // the mean, which that of all atoms begins.
-void VolumeForces::take_gaps(const std::vector<char> &is_known)
+void VolumeForces::set_gaps(const std::vector<char> &is_known)
 {
   constexpr int ROUNDS = 5, WIDTH = 3;
   constexpr double SURFACE = 0.85;
@@ -306,7 +307,7 @@ void VolumeForces::evaluate(const PairLists &lists, const ParticleView &view)
   }
   VolumePasses::add_densities(lists.bonds, lists.bonds.inv_dlim, view, densities.data(),
                               ending ? &ends : nullptr);
-  VolumePasses::find_active(lists.fresh, view, active);
+  VolumePasses::find_active(lists.unbonded, view, active);
   VolumePasses::add_densities(active, active.inv_deq, view, densities.data() + 1);
   exchange.reverse_comm(densities);
   if (ending) find_leaving(lists, ends.found);
@@ -318,10 +319,12 @@ void VolumeForces::evaluate(const PairLists &lists, const ParticleView &view)
     const VolumeState now = state(i);
     strains[i] = now.strain;
     pulls[2 * (size_t) i] = now.bonded;
-    pulls[2 * (size_t) i + 1] = now.fresh;
+    pulls[2 * (size_t) i + 1] = now.unbonded;
     energy_here += now.energy;
   }
   exchange.forward_comm(pulls);
+  on_bonds = {lists.bonds.inv_dlim.data(), pulls.data()};
+  on_others = {active.inv_deq.data(), pulls.data() + 1};
 }
 
 void VolumeForces::evaluate_aside(const PairLists &lists)

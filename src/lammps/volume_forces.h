@@ -80,26 +80,20 @@ class VolumeForces : protected Pointers {
   /// Collective, before the records are told where deq of these bonds has moved, and which have ended.
   void note_bonds_at_rest(const PairLists &);
 
-  /// After evaluate(): what adds the forces of bonds to those that they have, and those of all other pairs.
-  static VolumePasses::Forces of_list(const VolumeForces *forces, const PairList &list)
-  {
-    if (!forces || !list.are_bonds) return {};
-    return {&list.inv_dlim, forces->pulls.data()};
-  }
-  template <class Tally> void add_forces(const ParticleView &view, Tally &&tally) const
-  {
-    VolumePasses::add_forces(active, view, pulls.data() + 1, tally);
-  }
+  /// After evaluate(): what adds the forces of bonds to those that they have, and of the pairs without a bond, which have no
+  /// other.
+  VolumePasses::Forces on_bonds{nullptr, nullptr}, on_others{nullptr, nullptr};
+  PairList &others() { return active; }
 
   // what others read, as of the last evaluate()
 
   /// Calls f(PlacedPair, 1/dlim, sum of -dU/drho of both atoms [energy]) for all pairs within their dlim, or zone.
   template <class F> void for_each_pair(const PairLists &lists, F &&f) const
   {
-    for (const PairList *list : {&lists.bonds, &lists.fresh})
+    for (const PairList *list : {&lists.bonds, &lists.unbonded})
       EVP::for_each_pair(*list, scene::rows(atom->x), [&](const PlacedPair &p) {
         const double inv_dlim = list == &lists.bonds ? list->inv_dlim[p.index] : p.inv_deq;
-        if (p.distance() * inv_dlim < 1.0) f(p, inv_dlim, pull(p.i, p.j, list == &lists.fresh));
+        if (p.distance() * inv_dlim < 1.0) f(p, inv_dlim, pull(p.i, p.j, list == &lists.unbonded));
       });
   }
 
@@ -135,7 +129,8 @@ class VolumeForces : protected Pointers {
   PerAtomComm &exchange;
   BondStore *store = nullptr;    // of the last pack(), in the run and as long as its lists hold
 
-  PairList active = PairList(false);    // fresh pairs within their dlim at the last evaluate()
+  PairList active =
+      PairList(false);     // pairs without a bond within their dlim at the last evaluate()
   bigint partners = -1;    // sum over the atoms with bonds, which tells whether they are the same
   Values densities, pulls, has_bonds;    // of all atoms and ghosts
   std::vector<double> strains;           // of own atoms
@@ -183,8 +178,8 @@ class VolumeForces : protected Pointers {
     return store->zone > 0.0 ? std::min(store->zone, alpha) : alpha;
   }
   double dlim(const Coefficients &, int i, int j, bool is_bond) const;
-  void take_references(const std::vector<NeighborDensity> &rest);
-  void take_gaps(const std::vector<char> &is_known);
+  void set_references(const std::vector<NeighborDensity> &rest);
+  void set_gaps(const std::vector<char> &is_known);
   void fill_gaps(const PairLists &, bool at_rest_only);
   static void lose_partners(VolumeRecord &, const NeighborDensity &left);
   void find_leaving(const PairLists &, const std::vector<int> &ended);

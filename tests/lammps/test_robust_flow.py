@@ -102,6 +102,21 @@ def test_bond_past_its_cutoff(bench, steps):
     bench.show(f"plastic work {rows[0, 0, 0]:.6f} J, error {off:.0e}, skins differ by {apart:.0e}")
 
 
+def test_bond_that_ended_is_in_the_volume_energy_at_once(bench):
+    """Past dlim and back within the skin: the pair has the volume energy of one without a bond, whether the neighbor list is built anew at each step or not at all.
+    Control: there is such a force on the way back."""
+    found = []
+    for neigh in ("every 1 delay 0 check no", "every 1000 delay 1000 check no"):
+        fix = f"neigh_modify {neigh}\nfix bonds all evp/bonds\nfix volume all evp/volume 50"
+        found.append(two(bench, "contact none plasticity isotropic", "wiggle 9e-4 0 0 1e-4", TABLE1.alpha * TOUCHING - 4e-4, fix))
+    (d, force), (_, other) = found
+    back = (d < TABLE1.alpha * TOUCHING) & (np.arange(len(d)) > 25)
+    assert d.max() > TABLE1.alpha * TOUCHING and np.abs(force[back]).max() > 1e-6 * FORCE
+    apart = np.abs(other - force).max() / FORCE
+    assert apart < ROUND_OFF
+    bench.show(f"force on the way back {np.abs(force[back]).max() / FORCE:.2g} of that at xi_s, lists differ by {apart:.0e}")
+
+
 def test_flow_in_a_body_whose_atoms_are_sorted(bench):
     """Deq and broken bonds stay with their pairs when atoms are sorted and neighbor lists rebuilt at each step, and with a wide skin. Control: bonds have flowed in
     tension and in compression, and broken."""

@@ -78,6 +78,7 @@ inline void add_row(EVP::PairList &list, int i, const std::vector<Pair> &pairs)
 /// reach beyond the elastic limits both ways, of which each particle has its own; one bond in ten is past its cutoff.
 struct Cloud {
   Vectors x, v;
+  std::vector<double> limits;
   std::vector<EVP::PairLaw> laws;
   EVP::PairLists lists;
 
@@ -89,7 +90,7 @@ struct Cloud {
     for (int i = 0; i < n; i++) {
       x.push_back({unit(random), unit(random), unit(random)});
       v.push_back({unit(random), unit(random), unit(random)});
-      lists.limits.push_back(0.004 + 0.02 * unit(random));
+      limits.push_back(0.004 + 0.02 * unit(random));
     }
     for (const EVP::Row &row : rows) laws.emplace_back(row);
     lists.nlocal = lists.nall = n;
@@ -112,11 +113,16 @@ struct Cloud {
         }
         for (const auto &half : halves) add_row(*list, i, half);
       }
+    for (EVP::PairList *list : {&lists.bonds, &lists.contacts})
+      for (const EVP::PackedRow &row : list->rows)
+        for (int n = row.first; plastic && n < row.last; n++)
+          list->limit[n] = std::min(limits[row.i], limits[list->j[n]]);
   }
 
-  EVP::ParticleView view(Vectors &f, int nreact) const
+  EVP::ParticleView view(Vectors &f, int nreact, bool damping) const
   {
-    return {rows_of(x), rows_of(v), reinterpret_cast<double(*)[3]>(f.data()), nreact};
+    return {rows_of(x), damping ? rows_of(v) : nullptr, reinterpret_cast<double(*)[3]>(f.data()),
+            nreact};
   }
   EVP::BlockLaw block_law(const EVP::PairList &list) const
   {
@@ -128,14 +134,10 @@ struct Cloud {
   }
 
   /// Adds the forces of a list to f.
-  template <class Tally>
-  void add_forces(EVP::PairList &list, bool damping, int nreact, Vectors &f, Tally &&tally,
-                  bool incremental = false, EVP::EndingBonds *ending = nullptr) const
+  void add_forces(EVP::PairList &list, bool damping, int nreact, Vectors &f,
+                  std::initializer_list<EVP::PairConsumer *> consumers = {}) const
   {
-    const auto run =
-        damping ? EVP::accumulate_forces<true, Tally> : EVP::accumulate_forces<false, Tally>;
-    run(list, block_law(list), view(f, nreact), std::forward<Tally>(tally), incremental, ending,
-        EVP::NoTally());
+    accumulate_forces(list, block_law(list), view(f, nreact, damping), consumers);
   }
 };
 

@@ -6,10 +6,9 @@
 
 #include <gtest/gtest.h>
 
-
 namespace {
 
-using EVP::Bond;
+using EVP::BondRecord;
 using EVP::BondStore;
 using EVP::Remembered;
 using EVP::Sphere;

@@ -51,14 +51,17 @@ struct PairResult {
 };
 
 /// Saves what the kernel says of each pair, and sums it.
-struct Saved {
-  static constexpr bool stored = true, potential = true;
-  SumTally sums;
+struct Saved final : PairConsumer {
+  PairSums sums;
   const bool damping;
   std::vector<PairResult> pairs = {};
 
-  Saved(int nreact, bool damping_in) : sums{nreact, true, true}, damping(damping_in) {}
-  void operator()(const PairRange &range, const PairBlock &block)
+  Saved(int nreact, bool damping_in, bool incremental = false) :
+      sums(nreact, true, true, incremental), damping(damping_in)
+  {
+  }
+  void ask(const PairList &list, BlockLaw::Asked &asked) const override { sums.ask(list, asked); }
+  void operator()(const PairRange &range, PairBlock &block) override
   {
     EXPECT_EQ((int) pairs.size(), range.first);
     for (int k = 0; k < block.n; k++) {
@@ -216,8 +219,8 @@ TEST(Kernel, EqualsTheLawPairByPair)
               const Expected expected(cloud, list, damping, incremental, nreact);
               Vectors f(ALL, {0, 0, 0});
               EndingBonds ending;
-              Saved found(nreact, damping);
-              cloud.add_forces(list, damping, nreact, f, found, incremental, &ending);
+              Saved found(nreact, damping, incremental);
+              cloud.add_forces(list, damping, nreact, f, {&ending, &found});
               expected.compare(found, f);
               EXPECT_EQ(ending.found, expected.past);
               if (npairs < MOST) continue;    // control: what is tested is there
@@ -238,9 +241,9 @@ TEST(Kernel, TheSameBitsWithTallyAndOnEveryInstructionSet)
         std::optional<Saved> first;
         on_each_instruction_set([&] {
           Vectors bare(ALL, {0, 0, 0}), with_tally = bare;
-          cloud.add_forces(list, damping, ALL, bare, NoTally());
+          cloud.add_forces(list, damping, ALL, bare);
           Saved found(ALL, damping);
-          cloud.add_forces(list, damping, ALL, with_tally, found);
+          cloud.add_forces(list, damping, ALL, with_tally, {&found});
           if (!first) {
             base = bare;
             first.emplace(found);
@@ -263,10 +266,10 @@ TEST(Kernel, OneLawGivesTheSameBitsAsTheSameLawForEachPair)
   further.alpha = 1.6;    // another row, in what the law does not read
   for_each_list({TABLE2, further}, 600, [&](const Cloud &cloud, PairList &list) {
     Vectors each(ALL, {0, 0, 0}), one = each;
-    cloud.add_forces(list, true, ALL, each, NoTally());
+    cloud.add_forces(list, true, ALL, each);
     BlockLaw law;
     law.assign(cloud.laws, {1}, list.flow());
-    accumulate_forces<true>(list, law, cloud.view(one, ALL), NoTally());
+    accumulate_forces(list, law, cloud.view(one, ALL, true));
     EXPECT_EQ(one, each);
   });
 }
@@ -279,7 +282,7 @@ TEST(Kernel, NonFinitePositionsGiveNonFiniteForces)
       cloud.x[3][1] = std::nan("");
       on_each_instruction_set([&] {
         Vectors f(ALL, {0, 0, 0});
-        cloud.add_forces(list, false, ALL, f, NoTally());
+        cloud.add_forces(list, false, ALL, f);
         EXPECT_TRUE(std::isnan(f[3][1]));
       });
     });
@@ -300,12 +303,12 @@ TEST(Kernel, RoundOffAtTheCutoffDecidesNothing)
         PairList list(is_bond);
         list.clear(is_bond ? BOND_MARGIN : NEW_PAIR_MARGIN, Flow::FORGETS);
         add_row(list, 0, {{1, 1.0, cutoff}});
-        EXPECT_NEAR(list.pair(0, 0).cut, cutoff, 4 * EPSILON * cutoff);
+        EXPECT_NEAR(list.pair(0).cut, cutoff, 4 * EPSILON * cutoff);
         BlockLaw law;
         law.assign({PairLaw(row)}, {0}, list.flow());
-        SumTally tally{2, true, false};
-        accumulate_forces<false>(list, law,
-                                 {x, nullptr, reinterpret_cast<double(*)[3]>(f.data()), 2}, tally);
+        PairSums tally(2, true, false);
+        accumulate_forces(list, law, {x, nullptr, reinterpret_cast<double(*)[3]>(f.data()), 2},
+                          {&tally});
         EXPECT_NEAR(f[0][0], off < 1e-9 ? pull : 0.0, 1e-8);
         EXPECT_NEAR(tally.energies.total(), off < 1e-9 ? pull * cutoff * off : 0.0, 1e-12);
       }
@@ -317,13 +320,10 @@ namespace {
 Vectors evaluate(Cloud &cloud, PairWork &work, bool damping, int nreact)
 {
   Vectors f(ALL, {0.5, 0.25, 1.0});
-  work.begin(ALL, cloud.view(f, nreact), damping);
-  for (PairList *list : {&cloud.lists.bonds, &cloud.lists.contacts}) {
-    NoTally none;
-    cloud.add_forces(*list, damping, nreact, f,
-                     PairWork::Beside<NoTally>{work, none, nreact, list->are_bonds});
-  }
-  work.end(cloud.view(f, nreact));
+  work.begin(ALL, cloud.view(f, nreact, damping));
+  for (PairList *list : {&cloud.lists.bonds, &cloud.lists.contacts})
+    cloud.add_forces(*list, damping, nreact, f, {&work});
+  work.finish(cloud.view(f, nreact, damping));
   return f;
 }
 
@@ -342,7 +342,7 @@ TEST(PairWork, SumsWhatTheLawSaysAndSeparatesForces)
           PairLists &lists = cloud.lists;
           Vectors plain(ALL, {0.5, 0.25, 1.0});
           for (PairList *list : {&lists.bonds, &lists.contacts})
-            cloud.add_forces(*list, damping, nreact, plain, NoTally());
+            cloud.add_forces(*list, damping, nreact, plain);
           PairWork work;
           for (int n = 0; n < 3 * ALL; n++) work.images.push_back(image_of(n / 3, n % 3));
           EXPECT_EQ(evaluate(cloud, work, damping, nreact), plain);

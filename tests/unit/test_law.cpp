@@ -178,7 +178,7 @@ TEST(Law, ForceIsMinusTheSlopeOfTheEnergyAndStiffnessThatOfTheForce)
         }
         EXPECT_GE(now.dissipated, 0.0);
         EXPECT_GE(now.stiffness_ahead,
-                    std::max(begin * (now.inv_deq * now.inv_deq), now.stiffness));
+                  std::max(begin * (now.inv_deq * now.inv_deq), now.stiffness));
         (flows ? flowing : elastic)++;
       }
   EXPECT_GT(flowing, 1000);

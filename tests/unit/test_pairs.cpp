@@ -58,7 +58,7 @@ TEST(PairList, PairsAreTakenOutAndAddedInARun)
       // the list goes on
       add_row(list, 7, {{9, 1.0, 1.5, 1}, {30, 1.0, 1.5}});
       EXPECT_EQ(list.size(), left.size() + 2);
-      EXPECT_EQ(list.pair(7, left.size()).j, 9);
+      EXPECT_EQ(list.pair(left.size()).j, 9);
       EXPECT_EQ(list.owner_of((int) left.size()), 7);
     }
 }
@@ -68,7 +68,7 @@ TEST(PairList, WithoutFlowThereIsNoRoomForIt)
   Cloud cloud({TABLE2}, 600, true);
   PairList &list = cloud.lists.bonds;
   const double with_flow = list.memory_usage();
-  EXPECT_TRUE(list.pair(0, 1).flow == Flow::STAYS);
+  EXPECT_TRUE(list.pair(1).flow == Flow::STAYS);
   list.clear(BOND_MARGIN, Flow::FORGETS);
   EXPECT_EQ(list.size(), 0u);
   EXPECT_TRUE(list.make_room(600));

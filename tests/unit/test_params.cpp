@@ -414,8 +414,8 @@ TEST(Scaling, IsOfTheLawsAndNotOfTheRows)
   coefficients.resize(1);
   coefficients.set(1, 1, METAL);
   EXPECT_EQ(coefficients.make_law(1, 1), METAL);    // nothing is measured yet
-  EXPECT_TRUE(coefficients.take_measures(measures_of(1, {{{0.002, 6.0}}})));
-  EXPECT_FALSE(coefficients.take_measures(measures_of(1, {{{0.002, 6.0}}})));
+  EXPECT_TRUE(coefficients.set_measures(measures_of(1, {{{0.002, 6.0}}})));
+  EXPECT_FALSE(coefficients.set_measures(measures_of(1, {{{0.002, 6.0}}})));
   EXPECT_EQ(coefficients.law(coefficients.index(1, 1)).row, METAL);
   EXPECT_EQ(coefficients.make_law(1, 1).e2, 0.75);
   EXPECT_EQ(coefficients.gamma_elsewhere(coefficients.undamped(coefficients.index(1, 1))), 50.0);
@@ -423,7 +423,7 @@ TEST(Scaling, IsOfTheLawsAndNotOfTheRows)
   EXPECT_THROW(coefficients.make_law(1, 1), BadInput);
   coefficients.table("e1")[1][1] = 1e150;
   EXPECT_NO_THROW(coefficients.make_law(1, 1));
-  coefficients.take_measures(measures_of(1, {{{4e57, 12.0}}}));
+  coefficients.set_measures(measures_of(1, {{{4e57, 12.0}}}));
   EXPECT_THROW(coefficients.make_law(1, 1), BadInput);
 }
 
@@ -434,7 +434,7 @@ TEST(Scaling, OfTypesWithoutBondsIsThatOfTheLikeTypes)
   coefficients.resize(3);
   for (int i = 1; i <= 3; i++)
     for (int j = i; j <= 3; j++) coefficients.set(i, j, METAL);
-  coefficients.take_measures(measures_of(
+  coefficients.set_measures(measures_of(
       3, {{{0.002, 12.0}, {0.0, 0.0}, {0.0, 0.0}}, {{0.008, 3.0}, {0.0, 0.0}}, {{0.0, 0.0}}}));
   const auto expect = [&](int i, int j, Source source, double energies, double gamma, double kv) {
     SCOPED_TRACE(std::to_string(i) + " " + std::to_string(j));

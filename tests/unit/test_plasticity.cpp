@@ -99,25 +99,24 @@ class OnePair {
   }
   double deq() const { return 1.0 / list.inv_deq[0]; }
 
-  /// One of its spheres holds further than the other.
   Found move_to(double d, double limit)
   {
     const double x[2][3] = {{d, 0, 0}, {0, 0, 0}};
     double f[2][3] = {};
-    lists.limits = {limit, 1.5 * limit};
+    list.limit[0] = limit;
     Tally tally;
-    accumulate_forces<false>(list, law, {x, x, f, 2}, tally);
-    list.commit(2, sums);
+    accumulate_forces(list, law, {x, nullptr, f, 2}, {&tally});
+    commit_flow(list, 2, sums);
     return tally.found;
   }
 
  private:
   PairList &list;
   BlockLaw law;
-  struct Tally {
-    static constexpr bool stored = true, potential = true;
+  struct Tally final : PairConsumer {
     Found found = {};
-    void operator()(const PairRange &, const PairBlock &block)
+    void ask(const PairList &, BlockLaw::Asked &asked) const override { asked.potential = true; }
+    void operator()(const PairRange &, PairBlock &block) override
     {
       found.force = block.force[0] * std::sqrt(block.distance_squared(0));
       found.stored = block.potential[0];

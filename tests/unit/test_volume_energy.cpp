@@ -21,7 +21,7 @@ constexpr double REACH = 0.4;
 constexpr VolumeReference INSIDE = {{2.0, 4.0}, 0.0, 0.0}, SURFACE = {{1.0, 2.0}, 0.7, 0.0},
                           TORN = {{1.0, 2.0}, 0.7, 1.0};
 
-/// All pairs of a cloud up to REACH and some beyond it, bonds and fresh ones; densities at rest are up to twice as large or small.
+/// All pairs of a cloud up to REACH and some beyond it, bonds and unbonded ones; densities at rest are up to twice as large or small.
 struct Volume {
   const Cloud cloud{{TABLE2}, 0, false};
   EVP::PairList pairs[2] = {EVP::PairList(true), EVP::PairList(false)};
@@ -62,7 +62,7 @@ struct Volume {
       const EVP::VolumeState state =
           law.state(3.0, references[i], {densities[2 * i], densities[2 * i + 1]});
       pulls[2 * i] = state.bonded;
-      pulls[2 * i + 1] = state.fresh;
+      pulls[2 * i + 1] = state.unbonded;
       energy += state.energy;
     }
     return energy;
@@ -72,17 +72,18 @@ struct Volume {
   {
     Vectors f(cloud.x.size(), {0, 0, 0});
     evaluate(cloud.x);
-    for (int of : {0, 1})
-      VolumePasses::add_forces(pairs[of], cloud.view(f, (int) cloud.x.size()), pulls.data() + of,
-                               EVP::NoTally());
+    for (int of : {0, 1}) {
+      VolumePasses::Forces added(pairs[of].inv_deq.data(), pulls.data() + of);
+      accumulate_forces(pairs[of], {}, cloud.view(f, (int) cloud.x.size(), false), {&added});
+    }
     return f;
   }
 };
 
-/// Densities at a volume strain, of which a part is fresh.
-EVP::DensityNow at(const VolumeReference &reference, double theta, double fresh = 0.0)
+/// Densities at a volume strain, of which a part is unbonded.
+EVP::DensityNow at(const VolumeReference &reference, double theta, double unbonded = 0.0)
 {
-  return {reference.own.rho - theta * reference.own.slope - fresh, fresh};
+  return {reference.own.rho - theta * reference.own.slope - unbonded, unbonded};
 }
 
 /// No other MPI rank, and no ghost.
@@ -114,7 +115,7 @@ TEST(VolumeEnergy, AParticleWithoutBondsHasNone)
   const EVP::VolumeState state = VolumeLaw().state(100.0, VolumeReference{}, {0.7, 0.1});
   EXPECT_EQ(state.energy, 0.0);
   EXPECT_EQ(state.bonded, 0.0);
-  EXPECT_EQ(state.fresh, 0.0);
+  EXPECT_EQ(state.unbonded, 0.0);
   EXPECT_EQ(state.stiffness.total, 0.0);
   EXPECT_EQ(state.strain, 0.0);
 }
@@ -123,8 +124,8 @@ TEST(VolumeEnergy, TheLawByHand)
 {
   const VolumeLaw law;    // cavitation 0.15
   const double c = law.cavitation, kv = 7.0;
-  const auto energy = [&](const VolumeReference &reference, double theta, double fresh = 0.0) {
-    return law.state(kv, reference, at(reference, theta, fresh)).energy;
+  const auto energy = [&](const VolumeReference &reference, double theta, double unbonded = 0.0) {
+    return law.state(kv, reference, at(reference, theta, unbonded)).energy;
   };
   for (const VolumeReference &reference : {INSIDE, SURFACE}) {
     EXPECT_NEAR(energy(reference, c), 0.5 * kv * c * c, 1e-15);
@@ -149,21 +150,21 @@ TEST(VolumeEnergy, ThePullsAreTheSlopesOfTheEnergyAndNeverJump)
   const VolumeLaw law;
   const double kv = 7.0, h = 1e-6, step = 1e-3;
   for (const VolumeReference &reference : {INSIDE, SURFACE, TORN})
-    for (double fresh = 0.0; fresh < 1.2; fresh += 0.1)
+    for (double unbonded = 0.0; unbonded < 1.2; unbonded += 0.1)
       for (double bonded = 0.0; bonded < 3.0; bonded += step) {
-        const auto energy = [&](double more_bonded, double more_fresh) {
-          return law.state(kv, reference, {bonded + more_bonded, fresh + more_fresh}).energy;
+        const auto energy = [&](double more_bonded, double more_unbonded) {
+          return law.state(kv, reference, {bonded + more_bonded, unbonded + more_unbonded}).energy;
         };
-        const EVP::VolumeState now = law.state(kv, reference, {bonded, fresh}),
-                               next = law.state(kv, reference, {bonded + step, fresh}),
-                               above = law.state(kv, reference, {bonded, fresh + step});
+        const EVP::VolumeState now = law.state(kv, reference, {bonded, unbonded}),
+                               next = law.state(kv, reference, {bonded + step, unbonded}),
+                               above = law.state(kv, reference, {bonded, unbonded + step});
         EXPECT_NEAR(now.bonded, -(energy(h, 0.0) - energy(-h, 0.0)) / (2.0 * h), 4e-6) << bonded;
-        EXPECT_NEAR(now.fresh, -(energy(0.0, h) - energy(0.0, -h)) / (2.0 * h), 4e-6) << bonded;
+        EXPECT_NEAR(now.unbonded, -(energy(0.0, h) - energy(0.0, -h)) / (2.0 * h), 4e-6) << bonded;
         const double most = 1.001 * step *
             (std::max(now.stiffness.total, next.stiffness.total) +
              std::max(now.stiffness.bonded, next.stiffness.bonded));
-        EXPECT_LE(std::fabs(next.bonded - now.bonded), most) << bonded << " " << fresh;
-        EXPECT_LE(std::fabs(above.fresh - now.fresh),
+        EXPECT_LE(std::fabs(next.bonded - now.bonded), most) << bonded << " " << unbonded;
+        EXPECT_LE(std::fabs(above.unbonded - now.unbonded),
                   1.001 * step * kv / std::pow(reference.own.slope, 2));
       }
 }
@@ -173,11 +174,11 @@ TEST(VolumeEnergy, NewPairsOfTornParticlesOnlyPush)
   const VolumeLaw law;
   bool pulls = false;
   for (double bonded = 0.0; bonded < 3.0; bonded += 0.01)
-    for (double fresh = 0.0; fresh < 3.0; fresh += 0.01) {
-      const double torn = law.state(7.0, TORN, {bonded, fresh}).fresh;
+    for (double unbonded = 0.0; unbonded < 3.0; unbonded += 0.01) {
+      const double torn = law.state(7.0, TORN, {bonded, unbonded}).unbonded;
       EXPECT_LE(torn, 0.0);
-      EXPECT_EQ(torn<0.0, bonded + fresh> 1.7) << "denser than the interior at rest";
-      pulls = pulls || law.state(7.0, SURFACE, {bonded, fresh}).fresh > 0.0;
+      EXPECT_EQ(torn<0.0, bonded + unbonded> 1.7) << "denser than the interior at rest";
+      pulls = pulls || law.state(7.0, SURFACE, {bonded, unbonded}).unbonded > 0.0;
     }
   EXPECT_TRUE(pulls) << "control";
 }
@@ -188,14 +189,14 @@ TEST(VolumeEnergy, BondsThatBreakLeaveWithoutAJump)
   const double kv = 7.0;
   for (VolumeReference reference : {INSIDE, SURFACE, TORN})
     for (double bonded = 0.5; bonded < 1.5 * reference.own.rho; bonded += 0.01)
-      for (const double fresh : {0.0, 0.1, 0.4}) {
-        const EVP::DensityNow before = {bonded, fresh}, after = {bonded - 0.05, fresh + 0.05};
+      for (const double unbonded : {0.0, 0.1, 0.4}) {
+        const EVP::DensityNow before = {bonded, unbonded}, after = {bonded - 0.05, unbonded + 0.05};
         const VolumeReference left = VolumeLaw::without(reference, before, 0.05);
         const EVP::VolumeState then = law.state(kv, reference, before),
                                now = law.state(kv, left, after);
-        EXPECT_NEAR(now.energy, then.energy, 1e-13) << bonded << " " << fresh;
-        EXPECT_NEAR(now.bonded, then.bonded, 1e-13) << bonded << " " << fresh;
-        EXPECT_LE(now.fresh, 0.0);
+        EXPECT_NEAR(now.energy, then.energy, 1e-13) << bonded << " " << unbonded;
+        EXPECT_NEAR(now.bonded, then.bonded, 1e-13) << bonded << " " << unbonded;
+        EXPECT_LE(now.unbonded, 0.0);
         EXPECT_NEAR(left.own.rho + left.gap, reference.own.rho + reference.gap, 1e-14);
       }
 }
