@@ -116,7 +116,7 @@ void VolumeForces::lose_partners(VolumeRecord &record, const NeighborDensity &le
 
 void VolumeForces::pair_leaves(PairLists &lists, int i, int j, double dlim) const
 {
-  if (!(dlim > 0.0)) return;
+  if (!(dlim > 0.0) || !are_pair(i, j, false)) return;
   demand_room(lists.unbonded, 1, error);
   lists.unbonded.set(lists.unbonded.size(), j, dlim, dlim);
   lists.unbonded.add_row(i, 1);
@@ -143,6 +143,7 @@ void VolumeForces::find_leaving(const PairLists &lists, const std::vector<int> &
     now.add(d, dlim);
     add(i, now.rho);
     if (j < lists.nreact) add(j, now.rho);
+    if (!are_pair(i, j, false)) continue;
     demand_room(active, 1, error);
     active.set(active.size(), j, dlim, dlim);
     active.add_row(i, 1);
