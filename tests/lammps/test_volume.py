@@ -345,6 +345,32 @@ def test_types_that_change_after_the_recording(lmp, tmp_path, style, more, atoms
     assert atoms == "some" or np.abs(run.dump("all.dump")[-1].f).max() < 1e-8
 
 
+@pytest.mark.parametrize("rule, way", [("plasticity isotropic", 0.0012), ("break 0.05", 0.0009)])
+@pytest.mark.parametrize("neighbors", ["every 1 delay 0 check yes", "every 1000 delay 0 check no", "every 1 delay 0 check no"])
+def test_a_bond_of_two_bodies_that_ends(lmp, rule, way, neighbors):
+    """A bond whose atoms are of two bodies by now ends, past dlim or before: the pair has no force from then on, however seldom lists are built."""
+    start = """region box block -0.05 0.05 -0.05 0.05 -0.05 0.05
+create_box 2 box
+create_atoms 1 single 0 0 0
+create_atoms 1 single 0.014 0 0
+set group all diameter 0.01 density 2700"""
+    text = head(start=start, skin=0.004) + pair(contact="repulsive", fix="fix bonds all evp/bonds within type") + fix(50.0)
+    text = text.replace("contact repulsive", f"contact repulsive {rule}") + f"run 0\nset atom 2 type 2\nneigh_modify {neighbors}\ntimestep 1e-9\n"
+    text += f"group second id 2\nfix sway second move wiggle {way} 0 0 4e-8\n" + dump(every=1, columns="x fx") + "run 40 post no\n"
+    frames = lmp(text).ok().dump("all.dump")
+    apart, forces = (np.array([abs(frame[name]).max() for frame in frames]) for name in ("x", "fx"))
+    assert forces[:5].min() > 0.0 and np.all(forces[11:] == 0.0) and apart[11:].min() < 0.0135
+    assert apart.max() == pytest.approx(0.014 + way, rel=1e-3)
+
+
+def test_references_that_nobody_knows(lmp, small):
+    """The fix is defined once bonds have flowed: it says of how many atoms it takes the distances of now for those at rest."""
+    text = head() + pair(contact="repulsive", fix="fix bonds all evp/bonds").replace("contact repulsive", "contact repulsive plasticity isotropic")
+    text += QUIET + "run 0\ndisplace_atoms all ramp x 0 0.002 x 0 0.05\nrun 2\n" + fix() + "run 0\n"
+    said = [line for line in lmp(text).ok().warnings() if "densities at rest of" in line]
+    assert len(said) == 1 and "define the fix before the first run, and right after read_restart" in said[0]
+
+
 def test_pairs_of_special_bonds_with_weight_0(lmp, tmp_path):
     """They are neither recorded nor counted, whether or not they are in the neighbor list: f is the sum of the forces of pair/local."""
     x = np.array([[0, 0, 0], [0.01, 0, 0], [0.005, 0.0087, 0], [0.005, 0.003, 0.008]])
