@@ -31,7 +31,7 @@ at its rows, with the same fit of both where the target has three rows in this r
 import math
 import pathlib
 
-from evp import curves, figures, law, rates, specimen
+from evp import curves, figures, law, measured, rates, specimen
 from evp.report import command_line, errors_in_one_line, positive, print_table, typed, write_csv
 
 ELASTIC_END = 0.004  # strain at which the first pairs of Table 1 come to the second regime
@@ -166,7 +166,7 @@ def strains(word):
 def show_table(args):
     """Print one line for each curve, the departures from a target below, and write a CSV of both."""
     places = list(dict.fromkeys(strain for group in args.at for strain in group)) or curves.STRAINS
-    target = curves.read_target(args.target) if args.target else None
+    target = measured.read_target(args.target) if args.target else None
     if args.csv:
         check_not_read("--csv", args.csv, [*args.curves, *filter(None, [args.target])])
     read, found = evaluated(args, lambda curve, turns: curves.table_numbers(curve, args.fit, places, turns))

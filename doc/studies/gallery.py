@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Runs the commands of doc/gallery.md and writes its numbers beside what they should be, and all rows into the table of
-lammps_inputs/README.md.
+"""Runs the commands of doc/gallery.md and writes its numbers beside what they should be.
 
     doc/studies/gallery.py [--only traction.png dog_bone.png] [--work FOLDER]
 
@@ -14,13 +13,12 @@ import re
 import sys
 from typing import NamedTuple
 
-from study import CHECKOUT, DECKS, check_drawing, command_line, errors_in_one_line, lammps_command, run_blocks, split_at_marks, store_picture, table, watched, write_between
+from study import CHECKOUT, check_drawing, command_line, errors_in_one_line, lammps_command, run_blocks, store_picture, table, watched
 from gallery_scenes import SCENES
 
 PAGE = CHECKOUT / "doc" / "gallery.md"
 HEADER = ("number", "measured", "to expect", "source")
 NUMBERS = "<!-- numbers: doc/studies/gallery.py -->\n", "<!-- end of numbers -->"
-MARKS = "<!-- table: doc/studies/gallery.py -->", "<!-- end of table -->"
 
 
 class Part(NamedTuple):
@@ -53,7 +51,7 @@ def prepare(folder):
 def measure(part, folder):
     """(numbers, processor time [s]) of the commands of a section."""
     [(text, seconds)] = run_blocks(["\n".join(part.commands)], folder)
-    return SCENES[part.picture][1](folder, text), seconds
+    return SCENES[part.picture](folder, text), seconds
 
 
 def with_unit(value, unit):
@@ -68,27 +66,17 @@ def rows(part, numbers):
     return [(what, with_unit(one.value, one.unit), with_unit(one.expected, one.unit), source) for (what, _, _, source), one in zip(cells, numbers)]
 
 
-def readme_rows(part, numbers):
-    """Of the table of lammps_inputs/README.md, whose links are from there."""
-    anchor = re.sub(r"[^\w -]", "", part.title.lower()).replace(" ", "-")
-    link = f"[{part.title}](../doc/gallery.md#{anchor})"
-    return [(f"`{one.deck or SCENES[part.picture][0]}`", *cells, re.sub(r"\]\((?!\.\./)", "](../doc/", source) + f"; {link}")
-            for one, (*cells, source) in zip(numbers, rows(part, numbers))]
-
-
 def main(words=None):
     parser = command_line(__doc__)
     parser.add_argument("--only", nargs="+", choices=SCENES, metavar="PICTURE", help=f"of {', '.join(SCENES)}")
     parser.add_argument("--work", type=pathlib.Path, default=CHECKOUT / "build" / "gallery", help="where the commands run (default: %(default)s)")
     options = parser.parse_args(words)
-    page, lines, readme = PAGE.read_text(encoding="utf-8"), [], DECKS / "README.md"
+    page = PAGE.read_text(encoding="utf-8")
     with errors_in_one_line("gallery.py"):
-        split_at_marks(readme, *MARKS)  # before the runs, not after them
         check_drawing()
         prepare(options.work)
         for part in watched("gallery.py:", [part for part in parts() if part.picture in (options.only or SCENES)], lambda part: part.title):
             numbers, seconds = measure(part, options.work)
-            lines += readme_rows(part, numbers)
             text = "\n".join([f"{seconds:.1f} s of processor time, packing and picture included.\n", *table(HEADER, rows(part, numbers)), ""])
             print(part.title, text, sep="\n")
             page = page.replace(part.written, text)
@@ -96,7 +84,6 @@ def main(words=None):
                 store_picture(options.work / part.picture, PAGE.parent / "gallery")
         if not options.only:
             PAGE.write_text(page, encoding="utf-8")
-            write_between(readme, *MARKS, "\n".join(["", *table(("deck", *HEADER[:3], "source, commands"), lines), ""]))
 
 
 if __name__ == "__main__":

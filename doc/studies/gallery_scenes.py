@@ -23,13 +23,11 @@ BALL, FLOW_STRESS = 0.015, 265.0 + 426.0 * 0.08**0.34  # radius [m] of the ball;
 
 
 class Number(NamedTuple):
-    """Of a row of the page, whose order is that of the functions below: unit ('' for a ratio), value and expected in it, deck that gives it, where it is
-    not that of the scene."""
+    """Of a row of the page, whose order is that of the functions below: unit ('' for a ratio), value and expected in it."""
 
     unit: str
     value: float
     expected: Optional[float] = None
-    deck: str = ""
 
 
 def affine_modulus(bonds, volume, e=TABLE1.e1):
@@ -56,9 +54,9 @@ def pull(folder, text):
     at_one = [curves.stress_at(curve.strain, curve.virial, 0.01) for curve in (slow, fast, rest)]
     viscous = modulus * 1000.0 * np.mean(deq**2) / (TABLE1.m1 * TABLE1.n1 * TABLE1.e1) * 100.0
     packed, partners = float(re.search(r"solid fraction ([\d.]+)", text)[1]), float(re.search(r"([\d.]+) partners per sphere within 1.5 ", text)[1])
-    return [Number("", packed, 4.0 / 3.0 * math.pi * np.sum(cylinder.radius**3) / volume, "in.specimen"),
-            Number("", partners, 2.0 * len(deq) / len(cylinder.radius), "in.specimen"),
-            Number("GPa", curves.modulus(rest.strain, rest.virial) / 1e9, modulus / 1e9, "in.quasistatic"),
+    return [Number("", packed, 4.0 / 3.0 * math.pi * np.sum(cylinder.radius**3) / volume),
+            Number("", partners, 2.0 * len(deq) / len(cylinder.radius)),
+            Number("GPa", curves.modulus(rest.strain, rest.virial) / 1e9, modulus / 1e9),
             Number("MPa", at_one[0] / 1e6, at_one[2] / 1e6), Number("MPa", (at_one[1] - at_one[2]) / 1e6, viscous / 1e6)]
 
 
@@ -77,7 +75,7 @@ def dog_bone(folder, _):
     body = specimen.read_body(folder / "bone.data")
     rest = curves.modulus(curve["strain_gauge"][:5], curve["stress_virial"][:5])
     plain = slope(folder, "bone_row", "strain", "stress_virial")
-    return [Number("GPa", rest / 1e9, plain / 1e9, "in.quasistatic"),
+    return [Number("GPa", rest / 1e9, plain / 1e9),
             Number("", body["solid_fraction"], specimen.read_body(folder / "cylinder.data")["solid_fraction"])]
 
 
@@ -171,19 +169,37 @@ def upset(folder, text):
             Number("%", left, pressed)]
 
 
-SCENES = {  # picture on the page: deck, numbers of (folder, printed text)
-    "force_law.png": ("in.two_spheres", two_spheres),
-    "traction.png": ("in.traction", pull),
-    "cyclic.png": ("in.cyclic", cyclic),
-    "dog_bone.png": ("tools/body.py", dog_bone),
-    "torsion.png": ("in.torsion", torsion),
-    "bending.png": ("in.bending", bending),
-    "indent.png": ("in.indent", indent),
-    "upset.png": ("in.upset", upset),
-    "shear.png": ("in.shear", shear),
-    "notched.png": ("in.traction", notched),
-    "impact.png": ("in.impact", impact),
-    "sliding.png": ("in.sliding", sliding),
-    "taylor.gif": ("in.taylor", taylor),
-    "wall_force.png": ("in.taylor", rod),
+def extrude(folder, text):
+    """Pressure of an ideal die, A + B ep^n integrated to ln ratio, and the mean plastic strain of what left it."""
+    pressure, strain, ideal = map(float, re.search(r"ram pressure (\S+) MPa .* plastic strain of (\S+) in the mean, ln ratio is (\S+)", text).groups())
+    read = curves.read_columns(folder / "extrude.csv", ("travel", "force_ram", "force_container", "force_cone", "force_bearing"))
+    late = read["travel"] > 0.01
+    tools = read["force_container"] + read["force_cone"] + read["force_bearing"]
+    mean = 265.0 + 426.0 * ideal**0.34 / 1.34  # flow stress on the way to ln ratio
+    return [Number("MPa", pressure, mean * (0.8 + 1.2 * ideal)), Number("", strain, ideal), Number("", float(-np.mean(read["force_ram"][late]) / np.mean(tools[late])), 1.0)]
+
+
+def vbend(folder, text):
+    """Force of a plastic hinge with the flow stress at a plastic strain of 5 %, and springback."""
+    force, bent, left, hinge = map(float, re.search(r"in.vbend: (\S+) N at the end; bent by (\S+) degrees, released (\S+) are left; a plastic hinge takes (\S+) N", text).groups())
+    return [Number("N", force, hinge * (265.0 + 426.0 * 0.05**0.34)), Number("degrees", bent), Number("degrees", bent - left)]
+
+
+SCENES = {  # picture on the page: its numbers, of (folder, printed text)
+    "force_law.png": two_spheres,
+    "traction.png": pull,
+    "cyclic.png": cyclic,
+    "dog_bone.png": dog_bone,
+    "torsion.png": torsion,
+    "bending.png": bending,
+    "indent.png": indent,
+    "upset.png": upset,
+    "extrude.png": extrude,
+    "vbend.png": vbend,
+    "shear.png": shear,
+    "notched.png": notched,
+    "impact.png": impact,
+    "sliding.png": sliding,
+    "taylor.gif": taylor,
+    "wall_force.png": rod,
 }

@@ -327,6 +327,16 @@ void EVPChoices::write_as_integer(const std::string &name, const std::string &va
   input->variable->set(name + " index " + plain);
 }
 
+// Collective. The folder of the input script that is being read, for its includes; the present one where it is not known
+void EVPChoices::set_here() const
+{
+  char path[4096] = "";
+  if (comm->me == 0 && infile) platform::guesspath(infile, path, sizeof(path) - 1);
+  MPI_Bcast(path, sizeof(path), MPI_CHAR, 0, world);
+  const std::string folder = path[0] == '/' ? platform::path_dirname(path) : ".";
+  input->variable->set("here string \"" + folder + "\"");
+}
+
 // evp_choices SCRIPT NAME[?][RULE[,RULE ...]] ... [only], or evp_choices SCRIPT implied NAME ...
 void EVPChoices::command(int narg, char **arg)
 {
@@ -356,11 +366,12 @@ void EVPChoices::command(int narg, char **arg)
     line += fmt::format("{} {} {}", line == arg[0] ? ":" : ",", choice.name, value);
     if (choice.takes_integers() && igroup < 0) write_as_integer(choice.name, value);
   }
+  if (ends) set_here();
   if (comm->me) return;
   utils::logmesg(lmp, line + "\n");
   char name[256] = {};
   for (int k = 0; only && lammps_id_name(lmp, "variable", k, name, sizeof(name) - 1); k++)
-    if (std::find(known.begin(), known.end(), name) == known.end())
+    if (strcmp(name, "here") != 0 && std::find(known.begin(), known.end(), name) == known.end())
       error->warning(FLERR, "{} has no choice '{}': -var {} has no effect", arg[0], name, name);
 }
 

@@ -44,6 +44,7 @@ class EVPChoices : public Command {
 
  private:
   void set_implied(int, char **) const;
+  void set_here() const;
   void write_as_integer(const std::string &name, const std::string &value) const;
 };
 

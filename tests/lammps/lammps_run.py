@@ -33,12 +33,12 @@ _ENVIRONMENT = {
 
 
 def edited_deck(name, folder, old, new):
-    """The path of a copy of a deck in a folder, with each `old` replaced; there must be one."""
-    text = (DECKS / name).read_text(encoding="utf-8")
-    assert old in text, f"{name} holds no {old}"
-    path = folder / name
-    path.write_text(text.replace(old, new), encoding="utf-8")
-    return path
+    """The path of a copy of a deck, with the files that decks include, in a folder, each `old` replaced; there must be one."""
+    texts = {path.name: path.read_text(encoding="utf-8") for path in (DECKS / name, *DECKS.glob("*.lmp"))}
+    assert any(old in text for text in texts.values()), f"{name} holds no {old}"
+    for file, text in texts.items():
+        (folder / file).write_text(text.replace(old, new), encoding="utf-8")
+    return folder / name
 
 
 class Snapshot(NamedTuple):

@@ -10,12 +10,14 @@ import sys
 import time
 
 import doc_blocks
+import numpy as np
 import pytest
-from evp import curves
+from evp import curves, flow
 from lammps_run import LMP, REPOSITORY, run_lammps
 
 CALIBRATE = REPOSITORY / "tools" / "calibrate.py"
-TARGETS = {"E": 70e9, "yield": 95e6, "stress at 0.04": 150e6, "nu": 0.33}
+TARGETS = {"E": 70e9, "nu": 0.33, "yield": 95e6}
+CURVE = flow.through(70e9, 95e6, ((150e6, 0.04),))
 UP_TO_YIELD = ["--E", "70e9", "--yield", "95e6", "--density", "2700", "--ranks", "1", "--name", "mine", "--spheres", "150"]
 BAR = ["--E", "70e9", "--yield", "95e6", "--stress", "150e6@0.04", "--density", "2700", "--ranks", "1"]
 WORDS = [*BAR, "--nu", "0.33", "--name", "mine", "--spheres", "150"]
@@ -64,6 +66,19 @@ def table_of(folder, name="mine"):
     return [json.loads(line) for line in (folder / f"my.{name}.jsonl").read_text(encoding="utf-8").splitlines()][1:]
 
 
+def met(runs, within=0.01):
+    """The last row meets E and nu; both ways together the yield stress and the true stress at a plastic strain of 3 %."""
+    last = [next(run["found"] for run in reversed(runs) if run["kind"] == way) for way in ("tension", "compression")]
+    assert (last[0]["modulus"], last[0]["nu"]) == pytest.approx((TARGETS["E"], TARGETS["nu"]), rel=within)
+    true = []
+    for found in last:
+        strain, stress = np.array(found["strain"]), np.array(found["stress"])
+        factor = 1.0 + found["sign"] * strain
+        true.append(np.interp(0.03, np.abs(np.log(factor)) - stress * factor / TARGETS["E"], stress * factor))
+    assert np.mean(true) == pytest.approx(CURVE.at(0.03), rel=2.0 * within)
+    assert np.mean([found["offset_yield"] for found in last]) == pytest.approx(TARGETS["yield"], rel=5.0 * within)
+
+
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     """A calibration that nothing disturbed."""
@@ -77,9 +92,9 @@ def test_targets_are_met_and_told(whole):
     """A name is taken once."""
     runs = table_of(whole)
     assert len(runs) <= 8 and all(run["state"] == "done" for run in runs)
-    assert {name: runs[-1]["found"][name] for name in TARGETS} == pytest.approx(TARGETS, rel=0.01)
+    met(runs)
     text = (whole / "my.evp").read_text(encoding="utf-8")
-    assert "E 7e+10 Pa (" in text and "DATE: 20" in text and "by: calibrate.py --E 70e9" in text
+    assert "#   elastic: E +" in text.replace("E -", "E +") and "#   compression: 0.2 % yield" in text and "DATE: 20" in text and "by: calibrate.py --E 70e9" in text
     assert sorted(path.name for path in whole.iterdir()) == ["my.evp", "my.mine.jsonl", "my.mine.png", "my.mine.png.csv"]
     assert (whole / "my.mine.png").stat().st_size > 10000
     assert "holds a row 'mine' already" in calibrate(whole, code=1) and (whole / "my.evp").read_text(encoding="utf-8") == text
@@ -103,15 +118,15 @@ def test_stopped_in_a_run_and_gone_on_with(whole, tmp_path):
     assert f"going on after {kept} runs" in calibrate(tmp_path, environment)
     assert row_of(tmp_path) == row_of(whole)
     calls = (tmp_path / "calls").read_text(encoding="utf-8").split()
-    assert calls.count("in.quasistatic") == 3 * (len(table_of(whole)) - kept)
+    assert 3 <= calls.count("in.quasistatic") / (len(table_of(whole)) - kept) <= 5, "legs of a way"
     assert [run["found"] for run in table_of(tmp_path)] == [run["found"] for run in table_of(whole)]
 
 
 def test_failures_are_told_and_tried_again_smaller(tmp_path):
     """The first run loses its curve to NaN, its second attempt ends badly, the third is done with a quarter of the increments."""
     spoil = """if calls == 3:
-        text = open("pull.csv").read().splitlines()
-        open("pull.csv", "w").write("\\n".join(text[:-1] + ["0.05,nan,nan,0.05"]) + "\\n")
+        text = open("load.csv").read().splitlines()
+        open("load.csv", "w").write("\\n".join(text[:-1] + ["0.05,nan,nan,0.05"]) + "\\n")
     if calls == 4:
         code = 1"""
     output = calibrate(tmp_path, stand_in(tmp_path, spoil))
@@ -119,7 +134,7 @@ def test_failures_are_told_and_tried_again_smaller(tmp_path):
     assert [(run["number"], run["state"], run["increments"]) for run in runs[:3]] == [(1, "failed", 1.0), (1, "failed", 0.5), (1, "done", 0.25)]
     assert "not finite" in runs[0]["reason"] and "in.quasistatic failed" in runs[1]["reason"]
     assert "again with 0.25 of the increments" in output
-    assert {name: runs[-1]["found"][name] for name in TARGETS} == pytest.approx(TARGETS, rel=0.01)
+    met(runs)
 
 
 def test_a_miss_is_told_and_the_nearest_row_written(tmp_path):
@@ -127,19 +142,18 @@ def test_a_miss_is_told_and_the_nearest_row_written(tmp_path):
 
     The strain has more digits than the nine that in.quasistatic gets.
     """
-    words = [*UP_TO_YIELD, "--stress", "130e6@0.0212345678312", "--nu", "0.25"]
-    output = calibrate(tmp_path, words=words, code=3)
-    assert "calibrate.py: a target is missed by" in output and "The row is the nearest of 8 runs" in output
-    assert "kv" not in row_of(tmp_path) and "stress at 0.0212346 " in (tmp_path / "my.evp").read_text(encoding="utf-8")
-    off = table_of(tmp_path)[-1]["found"]
-    assert off["nu"] > 1.03 * 0.25 and (off["E"], off["yield"]) == pytest.approx((70e9, 95e6), rel=0.01)
+    output = calibrate(tmp_path, words=[*UP_TO_YIELD, "--stress", "130e6@0.0212345678312", "--nu", "0.25", "--tension"], code=3)
+    assert re.search(r"calibrate.py: missed: elastic nu \+\d.*The row is the nearest of [2-4]$", output, re.M)
+    assert "kv" not in row_of(tmp_path) and "compression" not in output
+    found = table_of(tmp_path)[-1]["found"]
+    assert found["nu"] > 1.03 * 0.25 and (found["modulus"], found["offset_yield"]) == pytest.approx((70e9, 95e6), rel=0.04)
 
 
 def test_a_metal_that_hardly_hardens(tmp_path):
     """Its bonds hold less as they flow: in.quasistatic minimizes again where bonds had to flow at fixed distance."""
     calibrate(tmp_path, words=[*UP_TO_YIELD, "--stress", "97e6@0.0112", "--nu", "0.33"])
     row = row_of(tmp_path).split()
-    assert float(row[row.index("flow") + 4]) < 0.95
+    assert min(map(float, row[row.index("flow") + 2 : row.index("density") : 2])) < 0.95
 
 
 def test_row_of_a_slender_body_meets_the_targets_in_it(tmp_path):
@@ -149,7 +163,7 @@ def test_row_of_a_slender_body_meets_the_targets_in_it(tmp_path):
     assert "body bar.data, 1 ranks" in (tmp_path / "my.evp").read_text(encoding="utf-8")
     run_lammps("in.quasistatic", 1, {"specimen": "bar.data", "material": "my.evp:bar", "strain": 0.006, "increment": 0.0001, "out": "pull"}, tmp_path).ok()
     curve = curves.read_curve(tmp_path / "pull.csv", "strain_gauge")
-    assert curves.modulus(curve.strain, curve.virial) == pytest.approx(70e9, rel=0.01) and curves.numbers(curve)["yield_MPa"] == pytest.approx(95.0, rel=0.015)
+    assert curves.modulus(curve.strain, curve.virial) == pytest.approx(70e9, rel=0.01) and curves.numbers(curve)["yield_MPa"] == pytest.approx(95.0, rel=0.06)
 
 
 def test_walk_of_the_howto_page(tmp_path):

@@ -2,11 +2,12 @@
 """read_evp_row, evp_quietly and evp_choices as commands: rows typed or from a file; what a quiet command shows; variables that are no choice."""
 
 import re
+import subprocess
 
 import numpy as np
 import pytest
 from hostile import scene
-from lammps_run import run_lammps
+from lammps_run import LMP, run_lammps
 
 TABLE1 = "80 8 4 3 8 4 0.005 0 1.5"
 NUMBERS = "e1 m1 n1 e2 m2 n2 xi_s gamma alpha spacing coordination kv density".split()
@@ -139,3 +140,16 @@ def test_whole_numbers_as_people_write_them(tmp_path):
     run_lammps("in.quasistatic", 1, {"specimen": "body.data", "strain": 0.001, "increment": 0.0005, "cycles": "1e0", "out": "one"}, tmp_path).ok()
     run_lammps("in.quasistatic", 1, {"specimen": "body.data", "strain": 0.001, "increment": 0.0005, "cycles": "1", "out": "two"}, tmp_path).ok()
     assert (tmp_path / "one.csv").read_bytes() == (tmp_path / "two.csv").read_bytes()
+
+
+def test_the_folder_of_a_script(tmp_path):
+    """An include beside it is found from any folder; by a pipe the folder is not known, and is the present one."""
+    folder = tmp_path / "my d\u00ebcks"
+    folder.mkdir()
+    (folder / "in.x").write_text('variable out index a\nevp_choices in.x out,name only\ninclude "${here}/part.lmp"\n', encoding="utf-8")
+    (folder / "part.lmp").write_text('print "beside it"\n', encoding="utf-8")
+    for ranks in (1, 2):
+        assert "beside it" in run_lammps(folder / "in.x", ranks, {}, tmp_path).ok().stdout
+    (tmp_path / "part.lmp").write_text('print "of the present folder"\n', encoding="utf-8")
+    for start, said in ((f"{LMP} -log none < '{folder}/in.x'", "beside it"), (f"cat '{folder}/in.x' | {LMP} -log none", "of the present folder")):
+        assert said in subprocess.run(start, shell=True, cwd=tmp_path, capture_output=True, text=True, check=True).stdout

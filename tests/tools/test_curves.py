@@ -7,7 +7,7 @@ import curves as tool
 import inputs
 import numpy as np
 import pytest
-from evp import curves, figures, specimen
+from evp import curves, figures, measured, specimen
 
 # A bilinear curve: slope E to the strain BEND, slope H beyond. The line offset by 0.2 % meets it
 # where E BEND + H (s - BEND) = E (s - 0.002).
@@ -153,7 +153,7 @@ def test_a_last_line_that_was_cut_off_is_left_out(tmp_path, rest):
 @pytest.mark.parametrize("rest, message", [("0.02,1", "is taken as it stands, strain 0.02, stress 1: check"), ("0.02", "is left out"), ("0.02,", "is left out")])
 def test_a_measured_file_may_lack_the_last_line_end(tmp_path, capsys, rest, message):
     (tmp_path / "test.csv").write_text("strain,stress\n0,0\n0.0125,115e6\n" + rest, encoding="utf-8")
-    strain, _ = curves.read_points(tmp_path / "test.csv")
+    strain, _ = measured.read_points(tmp_path / "test.csv")
     assert message in capsys.readouterr().out and len(strain) == (3 if "taken" in message else 2)
 
 

@@ -8,7 +8,7 @@ import re
 import curves as tool
 import numpy as np
 import pytest
-from evp import curves
+from evp import curves, measured
 from inputs import call, curve_file
 
 E, YIELD = 20e9, 100e6  # elastic and ideally plastic
@@ -213,7 +213,7 @@ def test_choices_of_the_table(files, words, place, number):
 def test_departure_from_a_target(tmp_path, text, sign, expected):
     """40 against 44 MPa and 100 against 90 MPa: largest 10 MPa at 0.01, mean of 0, 4 and 10; a row beyond the end does not count."""
     (tmp_path / "target.csv").write_text(text, encoding="utf-8")
-    found = curves.departure(swept(sign * way((0.02, 0.0))), curves.read_target(tmp_path / "target.csv"))
+    found = curves.departure(swept(sign * way((0.02, 0.0))), measured.read_target(tmp_path / "target.csv"))
     assert list(found.values()) == pytest.approx(expected, rel=EXACT)
 
 
@@ -228,7 +228,7 @@ def test_departure_from_a_target(tmp_path, text, sign, expected):
 def test_files_of_testing_machines_and_spreadsheets(tmp_path, text, code):
     """Units, other columns, decimal commas; with line ends or not."""
     (tmp_path / "target.txt").write_bytes(text.encode(code))
-    strain, stress = curves.read_points(tmp_path / "target.txt")
+    strain, stress = measured.read_points(tmp_path / "target.txt")
     assert strain == pytest.approx([0.0, 0.0125], rel=EXACT) and stress == pytest.approx([0.0, 115.13e6], rel=EXACT)
 
 

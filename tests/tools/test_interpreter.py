@@ -10,7 +10,7 @@ import calibrate
 import evp
 import pytest
 import site_pages
-from evp import calibration, run, surface
+from evp import calibration, flow, run, surface
 from evp.calibration import Table, Targets
 from evp.run import CHECKOUT as ROOT
 from evp.run import RunError
@@ -121,9 +121,9 @@ def test_calibration_does_not_try_again(refusing, tmp_path, monkeypatch):
     body = calibration.Body(tmp_path / "body.data", 4000, 26000, 0.003, 1e-5)
     table = Table(tmp_path / "t.jsonl", {})
     try:
-        search = calibration.Search(Targets(70e9, 95e6, ((150e6, 0.05),), 2700.0), body, table, 2, tmp_path, 10.0, print)
+        search = calibration.Search(Targets(70e9, flow.through(70e9, 95e6, ((150e6, 0.05),)), 2700.0), body, table, 2, tmp_path, 10.0, print)
         with pytest.raises(RunError, match=f"in.quasistatic: LAMMPS did not start .exit 1.: {SAID}\n.*run evp doctor"):
-            search.pull()
+            search.result()
         assert refusing.read_text().split() == ["start"] and not table.runs
     finally:
         table.close()

@@ -110,8 +110,8 @@ ROW = "80 8 4 3 8 4 0.005 1000 1.5"
 
 def test_a_row_with_a_spacing_is_scaled_as_the_pair_style_does(tmp_path):
     """gamma/e goes as (spacing/that of the body)^2, and the mass is that of the row's solid; numbers typed and in a file are one."""
-    (tmp_path / "my.evp").write_text("# UNITS: si\nmine 80 8 4 3 8 4 0.005 500 1.5 spacing 0.0035 coordination 12 density 2700 # of mine\n", encoding="utf-8")
-    typed = rates.run_row("80 8 4 3 8 4 0.005 500 1.5 spacing 0.0035 coordination 12 density 2700", row_of_spheres(), 1e-5)
+    (tmp_path / "my.evp").write_text("# UNITS: si\nmine 80 8 4 3 8 4 0.005 500 1.5 spacing 0.0035 coordination 12 flow 0 1 0.1 1.5 density 2700 # of mine\n", encoding="utf-8")
+    typed = rates.run_row("80 8 4 3 8 4 0.005 500 1.5 spacing 0.0035 coordination 12 flow 0 1 0.1 1.5 density 2700", row_of_spheres(), 1e-5)
     assert rates.run_row(f"{tmp_path}/my.evp:mine", row_of_spheres(), 1e-5) == typed
     assert rates.relaxation_time(np.full(4, 0.007), typed[0]) == pytest.approx(500.0 * 0.0035**2 / 2560.0) and typed[1] == 2700.0
     with pytest.raises(ValueError, match="no row 'yours'; its rows: mine"):

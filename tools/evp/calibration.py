@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Calibration: the row that gives E, the 0.2 % yield stress, stresses at strains, Poisson's ratio and where asked for an over-stress.
+"""Calibration: the row of a metal by its E, Poisson's ratio and flow curve, in tension and compression.
 
 A closed form gives the first row: in a body with Nb/V bonds and N/V particles per volume, the network of bonds has
 the moduli E0 = m1 n1 e1 Nb/(6 V), K = E0/1.5, G = 0.4 E0, and fix evp/volume adds kv N/V to K. Where the body flows its
-true stress is REACH E y, y the limit of its bonds at the plastic strain of the time: the table `flow` has a point at the
-plastic strain of each target.
+true stress is REACH E y, y the limit of its bonds at the plastic strain of the time: the table `flow` has y over xi_s.
 
-Quasi-static runs follow, whose results a table keeps: each value that the closed form is given is multiplied by
-target/measured. Rows are rounded before they run: the row written is one that ran. The over-stress is linear in gamma: a
-run with gamma and its twin without.
+Quasi-static runs follow, a pull and a push with each row, whose results a table on disk keeps. Then E, Poisson's ratio and each y are
+multiplied by target/measured, those of y by the mean of both directions. Rows are rounded before they run: the row written is one that
+ran. The over-stress is linear in gamma: a run with gamma and its twin without.
 """
 
 import fcntl
@@ -24,7 +23,7 @@ from typing import NamedTuple, Optional, Tuple
 import numpy as np
 from scipy.integrate import trapezoid
 
-from . import curves, dump, figures, law, specimen
+from . import curves, dump, figures, flow, law, specimen
 from .curves import YIELD_OFFSET, CurveError
 from .report import all_or_nothing
 from .run import Failed, Job, last_strain, run_jobs
@@ -36,18 +35,22 @@ NU_LIMIT = 0.48  # of the closed form
 XI_RANGE = (2e-5, 0.05)  # of y: below, round-off of positions shows; above, the first regime itself is bent
 SOFTENING = 3.0 / 80.0  # e2/e1 as in Table 1: with a table flow only eq. 8, plasticity none, has a second regime
 REACH = 1.9  # true stress of a body that flows, over E y
-TAIL = 2.0  # times the last plastic strain: end of a table that rises there, or the weakest section would flow alone
 BULK, SHEAR = 1.0 / 1.5, 0.4  # K/E0 without the volume energy, which adds x; G/E0
-LARGEST_STRAIN = 0.4  # of a target: not measured beyond
 DENSITIES = (100.0, 3e4)  # [kg/m3] between which the unit is no doubt
 SOFTEST = 1e6  # [Pa] Young's modulus below which the unit is in doubt
 LINEAR = 0.01  # over-stresses are linear in the rate within this
 NAME = re.compile(r"[A-Za-z0-9_.+-]+")
-MOST_RUNS, RATE_RUNS = 8, 3
+MOST_PASSES, RATE_RUNS = 4, 3
 OWN = 4.0  # weight of the residuals of E and nu, which have coefficients of their own: what the curve misses must not spoil them
-WITHIN = 0.005  # of every target: the search ends
-MISS = 0.03  # of a target: more is told, and is the exit status
-CURVE_POINTS = 4  # of a measured curve
+SETTLED = 0.01  # of E, nu, and of y in the mean: a row that would change by less is not run
+WITHIN = 0.005  # of an over-stress
+PLASTIC = (0.0, 0.002, 0.005, 0.01, 0.02, 0.05, 0.08, 0.12, 0.2, 0.3, 0.45, 0.7, 1.0, 1.5, flow.FAR)  # plastic strains of a table
+LEAST_START = 0.7  # of the stress at the next plastic strain: at 0
+WAYS = {"tension": 0.15, "compression": -0.4}  # nominal strain at the end
+STRAINS = (0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4)  # nominal, at which residuals are told
+YIELD = "0.2 % yield"
+MISSES = {"E": 0.02, "nu": 0.03, YIELD: 0.06}  # residuals beyond which a target is missed
+STRESS_MISSES = {0.1: 0.04, 0.3: 0.06, 0.4: 0.1}  # likewise of stresses, to these strains
 SMALLER = (1.0, 0.5, 0.25)  # increments of the attempts at a run
 LENGTH, RADIUS = 0.05, 0.02  # of the cylinder [m]
 RULES = {"plasticity": "isotropic", "contact": "repulsive"}
@@ -61,76 +64,103 @@ HEAD = """# UNITS: si CONTRIBUTOR: tools/calibrate.py, which appends the rows
 
 
 class Targets(NamedTuple):
-    """SI. points: (stress, strain); strains are signed: negative means that all targets are those of a compression; stresses are positive."""
+    """SI. curve: a FlowCurve; nu: None for that of the network; ways: some of WAYS; rates: (over-stress, rate)."""
 
     modulus: float
-    yield_stress: float
-    points: Tuple[Tuple[float, float], ...]
+    curve: flow.FlowCurve
     density: float
     nu: Optional[float] = None
-    rates: Tuple[Tuple[float, float], ...] = ()  # (over-stress, rate)
-
-    @property
-    def aims(self):
-        """{name: (value, unit)} of what a quasi-static run is to give, in the order of Search's results."""
-        aims = {"E": (self.modulus, "Pa"), "yield": (self.yield_stress, "Pa"), **{at(strain): (stress, "Pa") for stress, strain in self.points}}
-        return aims if self.nu is None else {**aims, "nu": (self.nu, "")}
-
-    def off(self, found):
-        """found/target - 1 by name."""
-        return {name: found[name] / value - 1.0 for name, (value, _) in self.aims.items()}
+    ways: Tuple[str, ...] = tuple(WAYS)
+    rates: Tuple[Tuple[float, float], ...] = ()
 
     @property
     def yield_strain(self):
-        """Yield stress/E."""
-        return self.yield_stress / self.modulus
+        """Yield stress/E, in tension."""
+        return self.curve.offset_yield(self.modulus) / self.modulus
 
     @property
-    def plastic(self):
-        """Plastic strains of the points, from the least strain on: true strain less true stress/E, as sizes."""
-        ordered = sorted(self.points, key=lambda point: abs(point[1]))
-        return [abs(math.log1p(strain)) - stress * (1.0 + strain) / self.modulus for stress, strain in ordered]
+    def places(self):
+        """Plastic strains of the table: PLASTIC, and where the curve is known no farther."""
+        end = self.curve.end
+        return np.array(sorted({end, *(place for place in PLASTIC if not 0.8 * end < place < 1.25 * end)}))
 
-    @property
-    def strain(self):
-        """The largest strain, with its sign."""
-        return max((strain for _, strain in self.points), key=abs)
+    def end(self, way):
+        """Nominal strain to which a way goes: of WAYS, or where the curve is known no farther."""
+        known = self.curve.nominal_strain(1.02 * self.curve.end + 0.001, self.modulus, math.copysign(1.0, WAYS[way]))  # so that the end is reached
+        return math.copysign(min(abs(WAYS[way]), abs(known)), WAYS[way])
+
+    def residuals(self, runs):
+        """{way: {what: found/target - 1}} of runs, {way: Run}: under "elastic" E and nu, of each way its 0.2 % yield stress and the stresses at STRAINS."""
+        first = next(iter(runs.values()))
+        off = {"elastic": {"E": first.modulus / self.modulus - 1.0}}
+        if self.nu is not None:
+            off["elastic"]["nu"] = first.nu / self.nu - 1.0
+        for way, run in runs.items():
+            sign = math.copysign(1.0, WAYS[way])
+            off[way] = {YIELD: run.offset_yield / self.curve.offset_yield(self.modulus, sign) - 1.0}
+            for strain in STRAINS:
+                if 1.5 * (self.yield_strain + YIELD_OFFSET) < strain <= abs(self.end(way)) * (1.0 + 1e-9):
+                    off[way][strain] = run.stress_at(strain) / self.curve.nominal(sign * strain, self.modulus)[0] - 1.0
+        return off
 
 
-def at(strain):
-    """Name of a stress at a strain."""
-    return f"stress at {strain:g}"
+def told(off):
+    """'0.2 % yield +1.2 %, at 1 % -0.3 %' of {what: residual}."""
+    return ", ".join(f"{name_of(what)} {100.0 * value:+.1f} %" for what, value in off.items())
+
+
+def name_of(what):
+    """What a residual is of, in words."""
+    return what if isinstance(what, str) else f"at {100.0 * what:g} %"
+
+
+def is_miss(what, value):
+    """Whether a residual is told as a miss; one that is not known is."""
+    return not abs(value) <= (MISSES[what] if isinstance(what, str) else next(most for end, most in STRESS_MISSES.items() if what <= end))
+
+
+class Run(NamedTuple):
+    """What one way measured: E [Pa], nu, nominal 0.2 % yield stress [Pa]; strain and stress [Pa], nominal, as sizes; sign: -1 in compression."""
+
+    modulus: float
+    nu: float
+    offset_yield: float
+    strain: np.ndarray
+    stress: np.ndarray
+    sign: float
+
+    def stress_at(self, strain):
+        """Nominal stress [Pa]; nan beyond the last strain."""
+        return float(np.interp(strain, self.strain, self.stress, right=math.nan))
+
+    def true_at(self, plastic):
+        """True stress [Pa] at plastic strains, nan outside."""
+        factor = 1.0 + self.sign * self.strain
+        true = self.stress * factor
+        own = np.abs(np.log(factor)) - true / self.modulus
+        grows = np.maximum.accumulate(own)
+        return np.interp(plastic, grows, true, left=math.nan, right=math.nan)
 
 
 def check(targets):
     """ValueError where a target has no meaning, or is in another unit."""
-    modulus, at_first, nu = targets.modulus, targets.yield_stress, targets.nu
+    modulus, nu, curve = targets.modulus, targets.nu, targets.curve
     if not DENSITIES[0] <= targets.density <= DENSITIES[1]:
         raise ValueError(f"--density: {targets.density:g} kg/m3 is no solid's: give kg/m3, such as 2700")
     if modulus < SOFTEST:
         raise ValueError(f"--E: {modulus:g} Pa is softer than any metal: give all moduli and stresses in Pa, such as 70e9 for 70 GPa")
-    if not XI_RANGE[0] <= targets.yield_strain <= XI_RANGE[1]:
-        raise ValueError(f"--yield: {at_first:.6g} Pa is {targets.yield_strain:.3g} of E, no metal's share: give all moduli and stresses in Pa")
     if nu is not None and not LEAST_NU <= nu <= LARGEST_NU:
         raise ValueError(f"--nu: {nu:g} cannot be had: central forces give {LEAST_NU:g} (--nu none), the volume energy raises it, and from {LARGEST_NU:g} on is "
                          "so stiff that the timestep falls")
-    at_yield = targets.yield_strain + YIELD_OFFSET
-    before, sign = at_first, math.copysign(1.0, targets.strain)
-    for stress, strain in sorted(targets.points, key=lambda point: abs(point[1])):
-        if not abs(strain) > at_yield:
-            raise ValueError(f"--stress: its strain {strain:g} is not beyond the yield strain, yield/E + 0.002 = {at_yield:.4g}: "
-                             f"give the stress at a strain from {1.5 * at_yield:.2g} on")
-        if abs(strain) > LARGEST_STRAIN:
-            raise ValueError(f"--stress: the strain {strain:g} is beyond {LARGEST_STRAIN:g}, to which rows were measured")
-        if strain * sign < 0.0:
-            raise ValueError("--stress: strains of both signs; one row is fitted in tension or in compression")
-        if stress <= before:
-            raise ValueError(f"--stress: {stress:.6g} Pa at {strain:g} is not above the stress before, {before:.6g} Pa. The law hardens: end at the largest force "
-                             "(nominal stresses of a compression grow with the cross-section: give negative strains if those are meant)")
-        before = stress
-    if np.any(np.diff([YIELD_OFFSET, *map(rounded, targets.plastic)]) <= 0.0):
-        raise ValueError("--stress: between two stresses the curve rises steeper than E: "
-                         "is one of them at the strain of another?")
+    lowest, highest = curve.at(PLASTIC[1]), curve.at(PLASTIC[-1])
+    if not (XI_RANGE[0] <= lowest / modulus and highest / (REACH * modulus) <= XI_RANGE[1]):
+        raise ValueError(f"the flow stress is {lowest:.6g} to {highest:.6g} Pa, {lowest / modulus:.3g} to {highest / modulus:.3g} of E, no metal's share: "
+                         "give all moduli and stresses in Pa")
+    if np.any(np.diff(curve.plastic) <= 0.0):
+        raise ValueError("plastic strains must grow from stress to stress: one is at a strain that is not beyond the 0.2 % yield stress, or the curve rises steeper than E")
+    if np.any(np.diff(curve.stress) < 0.0):
+        raise ValueError("true stresses fall as the plastic strain grows: where a test shows this its bar has a neck. End at the largest force "
+                         "(nominal stresses of a compression grow with the cross-section: give negative strains if those are meant)")
     if targets.rates:
         ordered = sorted(targets.rates, key=lambda pair: pair[1])
         (over0, rate0), (over1, rate1) = ordered[0], ordered[-1]
@@ -141,46 +171,6 @@ def check(targets):
             raise ValueError(f"--rate: the over-stresses {over0:g} Pa at {rate0:g}/s and {over1:g} Pa at {rate1:g}/s are not linear in the rate over more than "
                              f"a decade. Damping is linear: it follows a logarithmic law over about one decade only; the nearest with {over1:g} Pa at "
                              f"{rate1:g}/s has {over1 * rate0 / rate1:.4g} Pa at {rate0:g}/s. Give one of them")
-
-
-NEAR_YIELD = 0.7  # of the 0.2 % yield stress: at least so much has the last row of a measured curve before it
-AT_REST = 0.15  # of the yield stress: so far from the line of E is the first row, at most
-SLOPE = 0.45  # of E: its slope up to half the yield stress
-
-
-def read_measured(path, modulus, is_true):
-    """(0.2 % yield stress [Pa], points) of a measured curve as of curves.read_points(), nominal unless is_true, from rest on; strains are
-    negative in compression. Points are even in the strain, from twice that of the yield stress to the largest nominal stress."""
-    strain, stress = curves.read_points(path, is_true)
-    if is_true:
-        strain, stress = np.expm1(strain), stress * np.exp(-strain)
-    sign = math.copysign(1.0, strain[-1])
-    sizes, scatter = np.abs(stress), curves.noise_of(stress)
-    end = (np.nonzero(sizes >= sizes.max() - 4.0 * scatter)[0][-1] if scatter > 0.0 else np.argmax(sizes)) + 1
-    if end < 3:
-        raise ValueError(f"--curve: {path}: fewer than three points up to the largest stress: give one loading, from rest on")
-    strain, stress = curves.levelled(path, *curves.one_loading(path, sign * strain[:end], math.copysign(1.0, stress[end - 1]) * stress[:end]))
-    first = curves.yield_stress(strain, stress, modulus)
-    if strain[-1] > 1.5:
-        raise ValueError(f"--curve: {path} ends at a strain of {strain[-1]:g}: strains are shares, not per cent")
-    if math.isfinite(first):
-        if abs(stress[0] - modulus * strain[0]) > AT_REST * first and strain[0] < first / modulus + YIELD_OFFSET:
-            raise ValueError(f"--curve: {path} does not begin at rest: {1e-6 * stress[0]:.4g} MPa at strain {strain[0]:.4g} in its first row, where E gives "
-                             f"{1e-6 * modulus * strain[0]:.4g} MPa: shift the strains so that the straight part goes through zero")
-        known = stress[strain <= first / modulus + YIELD_OFFSET]
-        if known[-1] < NEAR_YIELD * first:
-            raise ValueError(f"--curve: {path} has no row near the yield stress: the last one before it has {1e-6 * known[-1]:.4g} MPa, the straight line behind it meets "
-                             f"the 0.2 % offset at {1e-6 * first:.4g} MPa: give rows there, or --yield and --stress")
-        half = int(np.argmax(stress >= 0.5 * first))
-        slope = (stress[half] - stress[0]) / (strain[half] - strain[0])
-        if slope < SLOPE * modulus:
-            raise ValueError(f"--curve: {path} begins with a slope of {1e-9 * slope:.4g} GPa, and E is {1e-9 * modulus:.4g} GPa, so that its yield stress would come out low: "
-                             "take the compliance of the machine out of the strains, or give --yield and --stress")
-    begin, end = 2.0 * (first / modulus + YIELD_OFFSET), min(strain[-1], LARGEST_STRAIN)
-    if not (math.isfinite(first) and begin < end):
-        raise ValueError(f"--curve: {path} does not reach twice the strain of its 0.2 % yield stress with E = {modulus:g} Pa; is the strain a share, not per cent?")
-    places = [float(f"{place:.3g}") for place in np.linspace(begin, end, CURVE_POINTS + 1)[1:]]
-    return first, tuple((float(np.interp(place, strain, stress)), sign * place) for place in places)
 
 
 def check_file(path, name):
@@ -255,15 +245,14 @@ def call(deck, variables, ranks, folder, timeout, title, share=lambda: 0.0):
         raise Failed(str(failure).partition("\n  whole output:")[0]) from failure
 
 
-def legs(xi_s, targets, finer):
-    """[(strain at the end, strain per increment)] of a pull; finer: 1, or less for shorter increments."""
-    sign = math.copysign(1.0, targets.strain)
-    elastic = ELASTIC * xi_s
-    yielded = YIELDED * (targets.yield_strain + YIELD_OFFSET)
-    last = max(abs(targets.strain), yielded)
-    fine, coarse = min(xi_s / 6.0, 3e-4), min(max(4e-3, abs(targets.strain) / 50.0), abs(targets.strain) / 12.0)
-    ends = [(elastic, elastic / 4.0), (yielded, fine)] + ([(last, coarse)] if last > yielded * 1.0001 else [])
-    return [(sign * end, finer * size) for end, size in ends]
+def legs(xi_s, yielded, end, finer):
+    """[(strain at the end, strain per increment)] of a way to the nominal strain `end`; yielded: strain of the 0.2 % yield stress; finer: 1, or
+    less for shorter increments."""
+    sign, size = math.copysign(1.0, end), abs(end)
+    elastic, yielded = 0.5 * ELASTIC * xi_s, YIELDED * yielded  # the middle may be stretched twice as far as the grips say
+    fine, coarse = min(xi_s / 6.0, 3e-4), min(max(4e-3, size / 50.0), size / 12.0)
+    ends = [(elastic, elastic / 4.0), (yielded, fine)] + ([(size, coarse)] if size > yielded * 1.0001 else [])
+    return [(sign * strain, finer * increment) for strain, increment in ends]
 
 
 class Material(NamedTuple):
@@ -286,47 +275,36 @@ def typed(body, material):
     return {"coeff": material.words(f"{body.spacing:.15g}", f"{body.coordination:.15g}")}
 
 
-def pull(body, material, *others):
-    """(found, curve) of a quasi-static run of a Material on its body, as of pull_material."""
-    return pull_material(body, typed(body, material), material.row.xi_s, *others)
+def load(body, material, xi_s, end, yielded, finer, ranks, folder, timeout, title):
+    """The Run of a quasi-static pull or push of a body to the nominal strain `end` of its middle. Failed or CurveError, with the reason.
 
-
-def pull_material(body, material, xi_s, targets, finer, ranks, folder, timeout, title):
-    """(found, curve) of a quasi-static run: by the names of Targets.aims, nu always; strain and stress [Pa] as sizes. Failed or CurveError, with the reason.
-
-    material: the deck's variables that choose it; folder: that of the body.
+    material: the deck's variables that choose it; yielded: strain at the 0.2 % yield stress; finer: as of legs(); folder: that of the body.
     """
-    ends = legs(xi_s, targets, finer)
-    ends[0] = tuple(0.5 * value for value in ends[0])  # the middle may be stretched twice as far as the grips say
-    begin = time.monotonic()
-    (folder / "pull.csv").unlink(missing_ok=True)  # of the run before, which would be taken for progress
+    ends, begin, sign = legs(xi_s, yielded, end, finer), time.monotonic(), math.copysign(1.0, end)
+    (folder / "load.csv").unlink(missing_ok=True)  # of the run before, which would be taken for progress
 
-    def go(end, increment, resume="yes"):
-        variables = {"specimen": body.path.name, **material, **RULES, "strain": f"{end:.9g}", "increment": f"{increment:.9g}",
-                     "resume": resume, "out": "pull"}
+    def go(strain, increment, resume="yes"):
+        variables = {"specimen": body.path.name, **material, **RULES, "strain": f"{strain:.9g}", "increment": f"{increment:.9g}", "resume": resume, "out": "load"}
         left = timeout - (time.monotonic() - begin)
-        call("in.quasistatic", variables, ranks, folder, left, title, lambda: last_strain(folder / "pull.csv") / ends[-1][0])
-        return read_curve(folder / "pull.csv")
+        call("in.quasistatic", variables, ranks, folder, left, title, lambda: last_strain(folder / "load.csv") / ends[-1][0])
+        return read_curve(folder / "load.csv")
 
     strain, stress = go(*ends[0], resume="no")
-    state = dump.last_positions(folder / "pull_state.dump")
-    share = last_strain(folder / "pull.csv") / math.copysign(strain[-1], targets.strain)
-    ends[1:] = [(OVERSHOOT * share * end, share * size) for end, size in ends[1:]]
-    for end, increment in ends[1:]:
-        strain, stress = go(end, increment)
+    state = dump.last_positions(folder / "load_state.dump")
+    axial, lateral = specimen.middle_strains(specimen.read_data(body.path), state, body.length)
+    share = last_strain(folder / "load.csv") / (sign * strain[-1])
+    for place, increment in ends[1:]:
+        strain, stress = go(OVERSHOOT * share * place, share * increment)
     for _ in range(FURTHER):
-        if strain[-1] < abs(targets.strain):
-            ends[-1] = (ends[-1][0] * OVERSHOOT * abs(targets.strain) / strain[-1], ends[-1][1])
-            strain, stress = go(*ends[-1])
-    if strain[-1] < abs(targets.strain):
+        if strain[-1] < abs(end):
+            strain, stress = go(last_strain(folder / "load.csv") * OVERSHOOT * abs(end) / strain[-1], share * ends[-1][1])
+    if strain[-1] < abs(end):
         raise Failed(f"the middle of the body was stretched to {strain[-1]:.4g} only: it is no thinner than the ends")
     modulus = curves.modulus(strain, stress)
     offset = curves.yield_stress(strain, stress, modulus)
     if not math.isfinite(offset):
         raise Failed("the curve does not meet the line of the 0.2 % offset")
-    axial, lateral = specimen.middle_strains(specimen.read_data(body.path), state, body.length)
-    stresses = {at(place): float(np.interp(abs(place), strain, stress)) for _, place in targets.points}
-    return {"E": modulus, "yield": offset, **stresses, "nu": float(-lateral / axial)}, (strain, stress)
+    return Run(modulus, float(-lateral / axial), offset, strain, stress, sign)
 
 
 def read_curve(path, strain="strain_gauge"):
@@ -337,7 +315,7 @@ def read_curve(path, strain="strain_gauge"):
 
 def flow_stress(body, material, targets, rate, ranks, folder, timeout, title):
     """Mean stress [Pa] over the second half of a run of in.traction at a rate. Failed or CurveError, with the reason."""
-    end = math.copysign(max(0.012, 2.5 * (targets.yield_strain + YIELD_OFFSET)), targets.strain)
+    end = math.copysign(max(0.012, 2.5 * (targets.yield_strain + YIELD_OFFSET)), WAYS[targets.ways[0]])
     variables = {"specimen": body.path.name, **typed(body, material), **RULES, "strain": f"{abs(end):.9g}",
                  "rate": f"{math.copysign(rate, end):.9g}", "integrator": "implicit" if material.row.gamma > 0.0 else "explicit", "out": "rate"}
     (folder / "rate.csv").unlink(missing_ok=True)
@@ -396,36 +374,63 @@ class Table:
 
 
 class Result(NamedTuple):
-    """found: what the run of the material measured; residuals: found/target - 1 by name; curve: strain, stress [Pa]; runs: its number."""
+    """runs: {way: Run} of the material; residuals: as of Targets.residuals(); passes: how many rows were run."""
 
     material: Material
-    found: dict
+    runs: dict
     residuals: dict
-    curve: tuple
-    runs: int
+    passes: int = 0
 
-    @property
-    def worst(self):
-        return max(map(abs, self.residuals.values()))
+    def misses(self):
+        """{way: {what: residual}} of those that are misses."""
+        missed = {way: {what: value for what, value in off.items() if is_miss(what, value)} for way, off in self.residuals.items()}
+        return {way: off for way, off in missed.items() if off}
+
+    def squares(self):
+        """Of the logarithms of each value over its target; those of E and nu weigh more."""
+        return sum(((OWN if way == "elastic" else 1.0) * math.log1p(value)) ** 2 for way, off in self.residuals.items() for value in off.values())
 
 
-def material_of(aims, targets, body):
-    """The Material, as it is printed, that by the closed form gives these aims, {name: value} as of Targets.aims."""
-    (m, n), volume = EXPONENTS, max(0.0, volume_ratio(min(aims["nu"], NU_LIMIT))) if "nu" in aims else 0.0
-    network = aims["E"] / moduli(volume)[0]
+class Aims(NamedTuple):
+    """What the closed form is given: E [Pa], nu or None, true stresses [Pa] at plastic strains."""
+
+    modulus: float
+    nu: Optional[float]
+    places: np.ndarray
+    stresses: np.ndarray
+
+
+def material_of(aims, body):
+    """The Material, as it is printed, that by the closed form gives these Aims in a Body."""
+    (m, n), volume = EXPONENTS, 0.0 if aims.nu is None else max(0.0, volume_ratio(min(aims.nu, NU_LIMIT)))
+    network = aims.modulus / moduli(volume)[0]
     e1 = rounded(6.0 * network * body.volume / (m * n * body.bonds))
-    places = sorted((strain for _, strain in targets.points), key=abs)
-    stresses = [aims["yield"], *(aims[at(strain)] * (1.0 + strain) for strain in places)]
-    plastic, limits = [0.0, *targets.plastic], list(np.array(stresses) / (REACH * aims["E"]))
-    slope = (limits[-1] - limits[-2]) / (plastic[-1] - plastic[-2])
-    if slope > 0.0:
-        limits.append(limits[-1] + slope * (TAIL - 1.0) * plastic[-1])
-        plastic.append(TAIL * plastic[-1])
-    limits = np.clip(limits, *XI_RANGE)
-    flow = [(rounded(place), rounded(limit / limits[0])) for place, limit in zip(plastic, limits)]
+    limits = np.clip(aims.stresses / (REACH * aims.modulus), *XI_RANGE)
+    table = [(place, rounded(limit / limits[0])) for place, limit in zip(aims.places, limits)]
     row = law.Row(e1, m, n, rounded(SOFTENING * e1), m, n, rounded(limits[0]), 0.0, ALPHA)
     kv = rounded(volume * network * body.volume / body.count)
-    return Material(row, kv, tuple(value for point in flow for value in point))
+    return Material(row, kv, tuple(value for point in table for value in point))
+
+
+def corrected(aims, targets, runs):
+    """(Aims of the next row, how much they change): by target/measured, of stresses the mean of the ways. Where only one way goes on, how far the
+    ways are from their mean fades as 1/plastic strain; before and beyond what they measured the factors are the first and last."""
+    first = next(iter(runs.values()))
+    modulus = targets.modulus / first.modulus
+    nu = 1.0 if aims.nu is None else targets.nu / first.nu
+    places = aims.places[1:]
+    measured = np.array([np.log(run.true_at(places) / targets.curve.at(places)) for run in runs.values()])
+    by_all = np.all(np.isfinite(measured), axis=0)
+    known = np.any(np.isfinite(measured), axis=0)
+    last = int(np.flatnonzero(by_all)[-1])
+    apart = (measured - measured.mean(axis=0))[:, last, None] * np.minimum(1.0, places[last] / places)
+    mean = np.where(by_all, measured.mean(axis=0), 0.0)
+    beyond = known & ~by_all & (places > places[last])
+    mean[beyond] = np.nanmean((measured - apart)[:, beyond], axis=0)
+    usable = by_all | beyond
+    factors = np.exp(-np.interp(aims.places, places[usable], mean[usable]))
+    change = max(abs(math.log(modulus)), abs(math.log(nu)), float(np.sqrt(np.mean(np.log(factors) ** 2))))
+    return Aims(aims.modulus * modulus, aims.nu and aims.nu * nu, aims.places, aims.stresses * factors), change
 
 
 class Search:
@@ -434,74 +439,59 @@ class Search:
     def __init__(self, targets, body, table, ranks, folder, timeout, say):
         self.targets, self.body, self.table = targets, body, table
         self.ranks, self.folder, self.timeout, self.say = ranks, folder, timeout, say
-        self.results = {}  # by material, in the order of the runs
 
-    def run(self, number, material):
-        """Record of the run: from the table, or made; that of the last attempt where every one failed."""
+    def run(self, number, way, material):
+        """The Run of a row one way: from the table, or made. ValueError where every attempt failed."""
+        targets = self.targets
         for attempt, finer in enumerate(SMALLER):
             def make():
-                found, curve = pull(self.body, material, self.targets, finer, self.ranks, self.folder, self.timeout, f"run {number} of at most {MOST_RUNS}")
-                return {"found": found, "strain": list(curve[0]), "stress": list(curve[1])}
+                found = load(self.body, typed(self.body, material), material.row.xi_s, targets.end(way), targets.yield_strain + YIELD_OFFSET, finer,
+                             self.ranks, self.folder, self.timeout, f"pass {number} of at most {MOST_PASSES}, {way}")
+                return {name: np.asarray(value).tolist() for name, value in found._asdict().items()}
 
-            record = self.kept({"kind": "pull", "number": number, "attempt": attempt, "material": material}, {"increments": finer}, make)
+            record = self.kept({"kind": way, "number": number, "attempt": attempt, "material": material}, {"increments": finer}, make)
             if record["state"] == "done":
-                break
+                return Run(**{name: np.array(value) if isinstance(value, list) else value for name, value in record["found"].items()})
             more = SMALLER[attempt + 1 :]
-            self.say(f"run {number} failed: {record['reason']}" + (f"; again with {more[0]:g} of the increments" if more else ""))
-        return record
+            self.say(f"pass {number}, {way}, failed: {record['reason']}" + (f"; again with {more[0]:g} of the increments" if more else ""))
+        raise ValueError(f"pass {number}, {way}, failed {len(SMALLER)} times, last: {record['reason']}; the run table is {self.table.path}")
 
     def kept(self, key, others, make):
-        """The record with this key, from the table or of make(), a dict; a run that Failed, or gave no curve, has one, too."""
+        """The record with this key, from the table or of make(), what was found; a run that Failed, or gave no curve, has one, too."""
         key = json.loads(json.dumps(key))
-        record = self.table.find(**key) if key["kind"] == "pull" else self.table.find(**key, state="done")
+        record = self.table.find(**key, state="done") if key["kind"] == "rate" else self.table.find(**key)
         if record is None:
             begin = time.monotonic()
             try:
-                ended = {"state": "done", **make()}
+                ended = {"state": "done", "found": make()}
             except (Failed, CurveError) as failure:
                 ended = {"state": "failed", "reason": str(failure)}
             record = self.table.add({**key, **others, "seconds": round(time.monotonic() - begin, 2), **ended})
         return record
 
-    def result(self, material):
-        """Result of a run; None where it failed and is not the first."""
-        number = len(self.results) + 1
-        record = self.run(number, material)
-        if record["state"] != "done":
-            if not self.results:
-                raise ValueError(f"run {number} failed {len(SMALLER)} times, last: {record['reason']}; "
-                                 f"the run table is {self.table.path}")
-            return None
-        residuals = self.targets.off(record["found"])
-        shown = ", ".join(f"{name} {100 * value:+.2f} %" for name, value in residuals.items())
-        self.say(f"run {number}: {shown} ({record['seconds']:.0f} s)")
-        curve = np.array(record["strain"]), np.array(record["stress"])
-        return Result(material, record["found"], residuals, curve, number)
-
-    def pull(self):
-        """The Result nearest to the quasi-static targets, by the squares."""
-        aims, result = {name: value for name, (value, _) in self.targets.aims.items()}, None
-        while len(self.results) < MOST_RUNS and not (result and result.worst <= WITHIN):
-            material = material_of(aims, self.targets, self.body)
-            result = None if material in self.results else self.result(material)
-            if not result:
+    def result(self):
+        """The Result nearest to the targets, by the squares, of at most MOST_PASSES rows."""
+        targets, results = self.targets, []
+        stresses = targets.curve.at(targets.places)
+        stresses[0] = max(stresses[0], LEAST_START * stresses[1])  # power laws begin at 0
+        aims = Aims(targets.modulus, targets.nu, targets.places, stresses)
+        while len(results) < MOST_PASSES:
+            material, number = material_of(aims, self.body), len(results) + 1
+            runs = {way: self.run(number, way, material) for way in targets.ways}
+            result = Result(material, runs, targets.residuals(runs), number)
+            results.append(result)
+            self.say("\n".join(f"pass {number}, {way}: {told(off)}" for way, off in result.residuals.items()))
+            aims, change = corrected(aims, targets, runs)
+            if change < SETTLED:
                 break
-            self.results[material] = result
-            aims = {name: aims[name] / (1.0 + off) for name, off in result.residuals.items()}
-        return min(self.results.values(), key=self.squares)._replace(runs=len(self.results))
-
-    @staticmethod
-    def squares(result):
-        """Of the logarithms of each value over its target; those of E and nu weigh more."""
-        weights = {"E": OWN, "nu": OWN}
-        return sum((weights.get(name, 1.0) * math.log1p(off)) ** 2 for name, off in result.residuals.items())
+        return min(results, key=Result.squares)._replace(passes=len(results))
 
     def gamma(self, result):
         """(gamma, over-stress/rate found [Pa s]); where several rates are asked for, of the geometric mean of their points."""
         rates = self.targets.rates
         over, rate = (math.exp(sum(math.log(pair[k]) for pair in rates) / len(rates)) for k in (0, 1))
         m, n = EXPONENTS
-        gamma = rounded(0.5 * over / (result.found["E"] * rate) * m * n * result.material.row.e1 / self.body.square)  # in flow twice E tau rate
+        gamma = rounded(0.5 * over / (result.runs[self.targets.ways[0]].modulus * rate) * m * n * result.material.row.e1 / self.body.square)  # in flow twice E tau rate
         material = result.material
         twin = self.rate_run(0, material, rate)
         for number in range(1, RATE_RUNS + 1):
@@ -517,8 +507,8 @@ class Search:
     def rate_run(self, number, material, rate):
         """Mean flow stress [Pa], from the table or a run."""
         title = f"rate run {number}" if number else "twin without damping"
-        record = self.kept({"kind": "rate", "number": number, "material": material, "rate": rate}, {}, lambda: {"found": flow_stress(
-            self.body, material, self.targets, rate, self.ranks, self.folder, self.timeout, title)})
+        record = self.kept({"kind": "rate", "number": number, "material": material, "rate": rate}, {}, lambda: flow_stress(
+            self.body, material, self.targets, rate, self.ranks, self.folder, self.timeout, title))
         if record["state"] == "failed":
             raise ValueError(f"--rate: the run at {rate:g}/s failed: {record['reason']}; the run table is {self.table.path}")
         return record["found"]
@@ -543,25 +533,30 @@ def append(path, lines):
 
 
 def draw(name, targets, result, path):
-    """Writes path (a .png), fit and residuals, and the CSV beside it."""
-    strain, stress = 100.0 * result.curve[0], result.curve[1] / 1e6
-    offset = 100.0 * (targets.yield_strain + YIELD_OFFSET)
-    points = [(offset, targets.yield_stress / 1e6, "0.2 % yield stress")]
-    points += [(100.0 * abs(place), value / 1e6, at(place)) for value, place in targets.points]
+    """Writes path (a .png), the flow curve and both ways of the row, and the CSV beside it."""
+    rows, end = [], max(abs(targets.end(way)) for way in targets.ways)
+    near = 3.0 * (targets.yield_strain + YIELD_OFFSET)
     with figures.plt.rc_context(figures.LOOK):
         figure, axes = figures.plt.subplots(1, 3, figsize=(13.0, 4.2))
-        for axis, (end, title) in zip(axes, ((2.0 * offset, "around yield"), (strain[-1] * 1.04, "all of it"))):
-            axis.plot(strain, stress, label=f"row {name}", **{**figures.line_style(1), "linestyle": "-"})
-            line = np.array([0.2, offset])
-            axis.plot(line, targets.modulus / 1e6 * 0.01 * (line - 0.2), color="#888888", linewidth=1.2, linestyle=(0, (2, 2)), label="E (strain - 0.2 %)")
-            axis.plot(*zip(*[(x, y) for x, y, _ in points if x <= end]), "o", color="#CC3311", markersize=7, label="targets", zorder=5)
-            axis.set(xlim=(0, end), ylim=(0, 1.15 * max(stress[strain <= end].max(), points[0][1])), xlabel="nominal strain [%]", title=title)
-        axes[0].set_ylabel("nominal stress [MPa]" + (" in compression" if targets.strain < 0.0 else ""))
+        true = np.linspace(0.0, math.log1p(end) if targets.ways == ("tension",) else -math.log1p(-end), 400)
+        curve = targets.curve.true_stress(true, targets.modulus) / 1e6
+        rows += [("flow curve", f"{100.0 * a:.6g}", f"{b:.6g}") for a, b in zip(true, curve)]
+        for axis, (last, title) in zip(axes, ((near, "around yield"), (true[-1], "all of it"))):
+            axis.plot(100.0 * true, curve, color="black", linewidth=1.2, label="flow curve")
+            for k, (way, run) in enumerate(result.runs.items(), start=1):
+                factor = 1.0 + run.sign * run.strain
+                axis.plot(100.0 * np.abs(np.log(factor)), run.stress * factor / 1e6, label=f"row {name}, {way}", **figures.line_style(k))
+            axis.set(xlim=(0, 100.0 * last), ylim=(0, 1.15 * float(np.interp(last, true, curve))), xlabel="true strain [%]", title=title)
+        axes[0].set_ylabel("true stress [MPa]")
         axes[0].legend(loc="lower right")
-        axes[2].barh(list(result.residuals), [100.0 * value for value in result.residuals.values()], color="#4477AA")
-        axes[2].axvline(0.0, color="#555555", linewidth=1.0)
-        axes[2].invert_yaxis()
-        axes[2].set(xlabel="fit over target - 1 [%]", title="residuals")
+        for k, (way, run) in enumerate(result.runs.items(), start=1):
+            factor = 1.0 + run.sign * run.strain
+            size = np.abs(np.log(factor))
+            off = 100.0 * (run.stress * factor / np.maximum(targets.curve.true_stress(size, targets.modulus), 1.0) - 1.0)
+            beyond = size > targets.yield_strain
+            axes[2].plot(100.0 * size[beyond], off[beyond], **figures.line_style(k))
+            rows += [(way, f"{100.0 * a:.6g}", f"{b:.6g}") for a, b in zip(size, run.stress * factor / 1e6)]
+        axes[2].axhline(0.0, color="#555555", linewidth=1.0)
+        axes[2].set(xlim=(0, 100.0 * true[-1]), ylim=(-20, 20), xlabel="true strain [%]", title="row over flow curve - 1 [%]")
         figure.tight_layout()
-        rows = [("curve", f"{a:.6g}", f"{b:.6g}") for a, b in zip(strain, stress)] + [(label, f"{x:.6g}", f"{y:.6g}") for x, y, label in points]
-        return figures.save(figure, path, ("what", "strain_percent", "stress_MPa"), rows)
+        return figures.save(figure, path, ("what", "true_strain_percent", "true_stress_MPa"), rows)

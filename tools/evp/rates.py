@@ -84,7 +84,8 @@ def scaled_row(row, count, volume=REFERENCE_VOLUME):
 
 
 def given_row(text):
-    """(law.Row, {keyword: value}) of a row as the decks take it, nine numbers with keywords behind them, or FILE:ROW. ValueError, or OSError of the file."""
+    """(law.Row, {keyword: value}) of a row as the decks take it, nine numbers with keywords behind them, or FILE:ROW; flow has a list. ValueError, or
+    OSError of the file."""
     words = text.split()
     if len(words) == 1 and ":" in text:
         path, _, name = text.rpartition(":")
@@ -93,7 +94,12 @@ def given_row(text):
         if name not in rows:
             raise ValueError(f"{path} has no row '{name}'; its rows: {', '.join(rows)}")
         words = rows[name]
-    return law.Row.parse(" ".join(words[:9])), {word: float(value) for word, value in zip(words[9::2], words[10::2])}
+    row, words, more = law.Row.parse(" ".join(words[:9])), words[9:], {}
+    keys = [k for k, word in enumerate(words) if word[0].isalpha()]
+    for k, end in zip(keys, [*keys[1:], len(words)]):
+        values = [float(value) for value in words[k + 1 : end]]
+        more[words[k]] = values if words[k] == "flow" else values[0]
+    return row, more
 
 
 def run_row(text, specimen, volume):

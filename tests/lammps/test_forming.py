@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""in.vbend and in.extrude beside closed forms: plastic hinge, ideal work; balance of forces and energies, what springs back, what has flowed."""
+
+import re
+
+import numpy as np
+import pytest
+from lammps_run import packed, read_csv, run_lammps
+
+METAL = "160 8 4 1.4 8 4 0.0007 0 1.5 spacing 0.00374 coordination 13.05 kv 700 flow 0 1 0.02 1.4 0.3 2 2 3"  # E 193 GPa
+
+sheet = packed("sheet.data", n=900, shape="block", length=0.06, width=0.015, height=0.009)
+billet = packed("billet.data", n=500, length=0.05, radius=0.012)
+
+
+def formed(deck, folder, **choices):
+    """(curve, what its last line says, error of the energy balance over the work of the tools at the end)."""
+    (folder / "also.lmp").write_text('fix balance all print ${nsteps} "balance $(f_energy/(f_energy[8]+1e-9))"\n', encoding="utf-8")
+    run = run_lammps(deck, 1, {"coeff": METAL, "also": "also.lmp", "out": "part", **choices}, folder).ok()
+    assert not run.warnings()
+    return read_csv(folder / "part.csv"), re.findall(rf"^{re.escape(deck)}: .*", run.stdout, re.M)[-1], float(re.findall("^balance (.*)", run.stdout, re.M)[-1])
+
+
+def numbers(text):
+    return [float(word) for word in re.findall(r"-?\d+\.?\d*(?:e[-+]?\d+)?", text.partition(": ")[2])]
+
+
+def test_a_sheet_is_bent(sheet, tmp_path):
+    curve, said, imbalance = formed("in.vbend", tmp_path, specimen=sheet, travel=0.006, speed=10)
+    force, bent, left, hinge = (numbers(said)[k] for k in range(4))
+    late = curve["travel"] > 0.003
+    assert np.mean(curve["force_punch"][late]) == pytest.approx(np.mean((curve["force_left"] + curve["force_right"])[late]), rel=0.03)
+    assert 0.6 < force / hinge / 380.0 < 1.4 and 15.0 < bent < 60.0 and 0.75 * bent < left < bent
+    assert abs(imbalance) < 3e-3
+
+
+def test_a_billet_is_extruded(billet, tmp_path):
+    """Ideal work: ln ratio of plastic strain, and a pressure of at least the flow stress times it; twice that with redundant work and friction."""
+    curve, said, imbalance = formed("in.extrude", tmp_path, specimen=billet, travel=0.5, speed=20)
+    pressure, _, behind, strain, ideal = numbers(said)[:5]
+    late = curve["travel"] > 0.015
+    tools = sum(curve[f"force_{name}"] for name in ("container", "cone", "bearing"))
+    assert np.mean(curve["force_ram"][late]) == pytest.approx(-np.mean(tools[late]), rel=0.05)
+    assert ideal == pytest.approx(np.log(1.8), rel=1e-3) and behind > 100 and 0.8 * ideal < strain < 2.0 * ideal
+    assert 1.0 < pressure / (450.0 * ideal) < 3.5
+    assert abs(imbalance) < 3e-3
