@@ -175,11 +175,12 @@ def test_at_most_twelve_choices_which_one_command_prints(name):
 
 
 def test_load_decks_take_body_and_material_by_the_same_lines():
-    """So that in.traction stands for them in tests/lammps/test_body_file.py."""
+    """So that in.traction stands for them in tests/lammps/test_body_file.py. in.quasistatic, which may go on from a restart file, has them itself."""
     choices = re.search(r"^variable specimen .*?^variable break .*?$", TEXT["in.traction"], re.M | re.S)[0]
     text = {name: TEXT[name].replace(f"evp_choices {name} ", "evp_choices in.traction ") for name in LOADS}
-    lines = re.findall(r"^(?:include +\$.specimen|read_evp_row|pair_style|pair_coeff|fix +(?:bonds|volume))[^#\n]*", TEXT["in.traction"], re.M)
-    assert len(lines) == 6 and all(line in TEXT[name] for line in lines for name in (*LOADS, "in.taylor")) and all(choices in text[name] for name in LOADS)
+    lines = re.findall(r"^(?:include +\$.specimen|read_evp_row|pair_coeff|fix +(?:bonds|volume))[^#\n]*", (DECKS / "body.lmp").read_text(encoding="utf-8"), re.M)
+    assert len(lines) == 5 and all(line in TEXT["in.quasistatic"] for line in lines) and all(choices in text[name] for name in LOADS)
+    assert all('include         "${here}/body.lmp"' in TEXT[name] for name in (*LOADS, "in.taylor") if name != "in.quasistatic")
 
 
 # ---- src/: the core knows no LAMMPS, and arrows point one way ----
