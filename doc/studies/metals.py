@@ -23,7 +23,7 @@ from evp.curves import YIELD_OFFSET
 MPA = 1e6
 POTENTIALS = CHECKOUT / "potentials" / "metals.evp"
 SPHERES, SEED = 2000, 1  # of the bodies that rows are fitted to
-CHECKS = ((2000, 2), (8000, 3))  # spheres and seed of bodies that they were not fitted to
+OTHERS = [2000, 8000]  # spheres of bodies that they were not fitted to; the seeds are 2, 3, ...
 TIMEOUT = 3600.0
 BALLISTICS = "Johnson and Cook, 7th Int. Symp. on Ballistics, The Hague, 1983"
 
@@ -120,7 +120,7 @@ def draw(study, results):
             curve = targets.curve.true_stress(true, metal.modulus) / MPA
             axis.plot(100.0 * true, curve, color="black", linewidth=1.2, label="flow curve")
             rows += [(name, "flow curve", f"{100.0 * a:.6g}", f"{b:.6g}") for a, b in zip(true, curve)]
-            for k, (way, run) in enumerate(results[name][CHECKS[0]].items(), start=1):
+            for k, (way, run) in enumerate(next(iter(results[name].values())).items(), start=1):
                 factor = 1.0 + run.sign * run.strain
                 size, stress = np.abs(np.log(factor)), run.stress * factor / MPA
                 axis.plot(100.0 * size, stress, label=f"evp/lj, {way}", **figures.line_style(k))
@@ -160,8 +160,8 @@ def page(results):
 
 
 def main(words=None):
-    with Study(__doc__, "metals", only=list(METALS), ranks=2).started(words) as study:
-        results = {name: {check: loaded(name, *check, study) for check in CHECKS} for name in study.each(METALS)}
+    with Study(__doc__, "metals", only=list(METALS), spheres=OTHERS, ranks=2).started(words) as study:
+        results = {name: {(spheres, seed): loaded(name, spheres, seed, study) for seed, spheres in enumerate(study.spheres, start=2)} for name in study.each(METALS)}
         rows = []
         for name, metal in METALS.items():
             head, mark, rest = (study.work / f"{name}.evp").read_text(encoding="utf-8").partition(f"# {name}:")
