@@ -238,8 +238,13 @@ TEST(Kernel, FindsPairsThatMeetAndThoseThatAreApart)
     list.joins = true;
     for (size_t k = 0; k < list.size(); k++) list.join.push_back((char) (k % 3));
     EVP::BeginningBonds begins;
-    begins.within = 0.9;
-    begins.apart = 0.95;
+    std::vector<double> ratios;
+    EVP::for_each_pair(list, rows_of(cloud.x), [&](const EVP::PlacedPair &p) {
+      ratios.push_back(p.g.dsq / p.cutsq);
+    });
+    std::sort(ratios.begin(), ratios.end());
+    begins.within = ratios[200];
+    begins.apart = ratios[400];
     std::vector<int> found, released;
     std::vector<double> squared_distances;
     EVP::for_each_pair(list, rows_of(cloud.x), [&](const EVP::PlacedPair &p) {
