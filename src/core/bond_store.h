@@ -25,13 +25,14 @@ struct BondRecord {
 struct Remembered {
   enum Kind : int64_t {
     CONTACT,    ///< repels below its deq, as it has flowed: until it has been beyond R_i + R_j
-    APART       ///< what is left of a bond of eq. 8 that broke: repels below its deq, for good
+    APART,      ///< what is left of a bond of eq. 8 that broke: repels below its deq, for good
+    INSIDE    ///< the same as a contact, and may become a bond once it has been apart: see PairRules
   };
   int64_t partner;
   double deq;    ///< [length]
   int64_t kind;
 };
-constexpr const char *REMEMBERED[] = {"contact", "apart"};    ///< for users
+constexpr const char *REMEMBERED[] = {"contact", "apart", "inside"};    ///< for users
 
 /// What a sphere keeps beside its pairs.
 struct Sphere {
@@ -110,6 +111,12 @@ class BondStore {
   /// Bonds that have ended so far, as this MPI rank has counted them: their atoms may have gone since.
   int64_t ended() const { return nended; }
 
+  /// Bonds that have begun since the recording, counted likewise.
+  int64_t begun() const { return nbegun; }
+
+  /// By which PairRules::join it was found what keeps pairs from joining; 0: by none.
+  double joins_within = 0.0;
+
   /// Of all atoms at the recording: atoms that came later have higher IDs.
   int64_t highest_id() const { return highest; }
 
@@ -142,7 +149,8 @@ class BondStore {
     with_history = keep;
     spheres.clear();
     remembered.clear();
-    nended = 0;
+    nended = nbegun = 0;
+    joins_within = 0.0;
     grow((int) bonds.size());
     changed();
   }
@@ -190,17 +198,19 @@ class BondStore {
       spheres[i] = {0.0, 0.0, 0.0, n, n};
       remembered[i].clear();
     }
-    reaches = 0.0;
-    restore(true, npairs_in, highest_in, 0);
+    reaches = joins_within = 0.0;
+    restore(true, npairs_in, highest_in, 0, 0);
   }
 
-  /// Takes what a restart file says of all records; those of the atoms follow by unpack(). ended: on one MPI rank.
-  void restore(bool recorded_in, int64_t npairs_in, int64_t highest_in, int64_t ended_in)
+  /// Takes what a restart file says of all records; those of the atoms follow by unpack(). ended, begun: on one MPI rank.
+  void restore(bool recorded_in, int64_t npairs_in, int64_t highest_in, int64_t ended_in,
+               int64_t begun_in)
   {
     recorded = recorded_in;
     npairs = npairs_in;
     highest = highest_in;
     nended = ended_in;
+    nbegun = begun_in;
     changed();
   }
 
@@ -242,7 +252,22 @@ class BondStore {
   {
     if (erase(i, partner) && recorded_as[i] < partner) nended++;
   }
-  void count_ended(int64_t more) { nended += more; }
+  void count(int64_t more_ended, int64_t more_begun)
+  {
+    nended += more_ended;
+    nbegun += more_begun;
+  }
+
+  /// A bond of atom i begins. The atom with the lower ID counts it.
+  void begin(int i, int64_t partner, double deq)
+  {
+    const BondRecord bond = {partner, deq};
+    Bonds &own = bonds[i];
+    const auto at = std::lower_bound(own.begin(), own.end(), bond, precedes);
+    if (at != own.end() && at->partner == partner) return;
+    own.insert(at, bond);
+    if (recorded_as[i] < partner) nbegun++;
+  }
 
   /// The partner of a bond of atom i was deleted. The slips that wait are those of the bonds that are left; with history only.
   void forget(int i, int64_t partner)
@@ -391,7 +416,7 @@ class BondStore {
   bool with_history, with_volume = false;
   long version_now;
   bool recorded = false, closed = false;
-  int64_t npairs = 0, highest = 0, nended = 0;
+  int64_t npairs = 0, highest = 0, nended = 0, nbegun = 0;
 
   // per atom
   std::vector<int64_t> recorded_as;

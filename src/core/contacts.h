@@ -10,8 +10,11 @@
 namespace EVP {
 
 /// What acts between two particles that were not recorded as a pair.
-enum class Contact : int { LITERAL, REPULSIVE, NONE };
-constexpr const char *CONTACTS[] = {"literal", "repulsive", "none"};    ///< for users
+enum class Contact : int { LITERAL, REPULSIVE, NONE, JOIN };
+constexpr const char *CONTACTS[] = {"literal", "repulsive", "none", "join"};    ///< for users
+
+/// A pair that was within the distance where pairs join, without a bond, may join once it has been beyond this times it.
+constexpr double APART = 1.05;
 
 /// Contacts between two bodies stay in the first regime up to this strain: solids that touch yield inside. A contact plane
 /// has fewer pairs than a plane of the body and would flow first, until the spheres on both sides run into each other.
@@ -31,7 +34,10 @@ struct PairRules {
   /// Of eq. 8 bonds break beyond (1 + this) deq; with plasticity where they are stretched and the mean plastic strain of
   /// their spheres has reached this; 0: never.
   double break_strain = 0.0;
+  double join =
+      1.2;    ///< with contact join: pairs that come within this times R_i + R_j become bonds
 
+  bool joins() const { return contact == Contact::JOIN; }
   bool breaks() const { return break_strain > 0.0; }
 
   /// Do bonds flow, or end?
@@ -54,7 +60,7 @@ struct PairRules {
   }
   bool only_repels(bool in_different_bodies) const
   {
-    return contact == Contact::REPULSIVE || in_different_bodies;
+    return contact == Contact::REPULSIVE || contact == Contact::JOIN || in_different_bodies;
   }
 
   /// What is left of a bond that ended at d repels below R_i + R_j, or, where the spheres still overlap there, below d: its

@@ -157,14 +157,15 @@ inline Row row_from_text(const std::string &text, const std::string &file, const
 }
 
 // The text file of recorded bonds: one header line, then `id_i id_j deq` a line. Where bonds flow or end there may follow
-// lines `contact id_i id_j deq` and `apart id_i id_j deq` of pairs that are no bonds but remember (see Remembered), and
+// lines `contact id_i id_j deq`, `apart id_i id_j deq` and `inside id_i id_j deq` of pairs that are no bonds but remember (see Remembered), and
 // `sphere id p work slip bonds recorded rho0 G gap torn lost` of what spheres keep (see Sphere and VolumeReference).
 //
 //     # EVP bonds COUNT: 2975 UNITS: si
 //     1 17 0.0101234
 //
 // Words of the header with a number or name each, those that are not needed left out: WITHIN and ZONE as given to fix
-// evp/bonds, CONTACTS for the number of lines of pairs that are no bonds, ENDED for that of bonds that have ended, SPHERES.
+// evp/bonds, CONTACTS for the number of lines of pairs that are no bonds, ENDED for that of bonds that have ended, JOINED for that of
+// bonds that have begun, JOIN for the distance over R_i + R_j by which pairs are inside, SPHERES.
 // Reads in pieces, whatever the size; every refusal is a BadInput that names the line.
 
 /// What the header says beside the units.
@@ -173,6 +174,8 @@ struct BondHeader {
   BodyRule within = BodyRule::ALL;    ///< which atoms were one body when the file was written
   double zone = 0.0;    ///< up to zone (R_i + R_j) pairs were recorded; 0: up to alpha
   int64_t contacts = 0, ended = 0, spheres = 0;
+  int64_t begun = 0;
+  double joins_within = 0.0;    ///< see BondStore
 };
 
 /// One pair: IDs of its atoms, equilibrium distance [length]; its kind, or BOND.
@@ -206,6 +209,8 @@ inline std::string bond_header(const BondHeader &header, const std::string &unit
   if (header.zone > 0.0) text += " ZONE: " + shortest_text(header.zone);
   if (header.contacts > 0) text += " CONTACTS: " + std::to_string(header.contacts);
   if (header.ended > 0) text += " ENDED: " + std::to_string(header.ended);
+  if (header.begun > 0) text += " JOINED: " + std::to_string(header.begun);
+  if (header.joins_within > 0.0) text += " JOIN: " + shortest_text(header.joins_within);
   if (header.spheres > 0) text += " SPHERES: " + std::to_string(header.spheres);
   return text + " UNITS: " + units;
 }
@@ -284,6 +289,10 @@ class BondReader {
       header.contacts = parse_whole("CONTACTS", value, 0);
     else if (word == "ENDED:")
       header.ended = parse_whole("ENDED", value, 0);
+    else if (word == "JOINED:")
+      header.begun = parse_whole("JOINED", value, 0);
+    else if (word == "JOIN:")
+      header.joins_within = parse_number("JOIN", value);
     else if (word == "SPHERES:")
       header.spheres = parse_whole("SPHERES", value, 0);
     else
@@ -350,12 +359,12 @@ class BondReader {
   {
     BondLine pair{};
     pair.kind = BondLine::BOND;
-    for (const int64_t kind : {Remembered::CONTACT, Remembered::APART})
+    for (const int64_t kind : {Remembered::CONTACT, Remembered::APART, Remembered::INSIDE})
       if (words[0] == REMEMBERED[kind]) pair.kind = kind;
     if (pair.kind != BondLine::BOND) words.erase(words.begin());
     if (words.size() != 3)
       throw BadInput("expected 'id_i id_j deq', got " + std::to_string(words.size()) +
-                     " values; contact or apart may stand before them");
+                     " values; contact, apart or inside may stand before them");
     pair.id_i = parse_whole("id_i", words[0], 1);
     pair.id_j = parse_whole("id_j", words[1], 1);
     pair.deq = parse_number("deq", words[2]);

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <functional>
 #include <initializer_list>
 #include <vector>
@@ -236,6 +237,40 @@ struct EndingBonds final : PairConsumer {
     });
   }
   bool fails(int i, int j) const { return strains && 0.5 * (strains[i] + strains[j]) >= failure; }
+};
+
+/// Contacts of a list that become bonds, as they come within a distance, and those that may from now on, as they are apart.
+struct BeginningBonds final : PairConsumer {
+  std::vector<int> found, released;         ///< indices of pairs
+  std::vector<double> squared_distances;    ///< of those found, as the forces saw them [length^2]
+  double within = 0.0, apart = 0.0;         ///< squares of both distances over R_i + R_j
+
+  void clear()
+  {
+    found.clear();
+    released.clear();
+    squared_distances.clear();
+  }
+
+  void operator()(const PairRange &range, PairBlock &block) override
+  {
+    const char *const join = range.list.join.data() + range.first;
+    const int near = call_vectorized([&]() EVP_KERNEL {
+      int count = 0;
+      for (int k = 0; k < block.n; k++)
+        count += (int) (block.distance_squared(k) <= within * block.cutsq[k]);
+      return count;
+    });
+    if (near == 0 && !memchr(join, PairList::NOT_BEFORE_APART, block.n)) return;
+    for (int k = 0; k < block.n; k++) {
+      const double dsq = block.distance_squared(k);
+      if (join[k] == PairList::NOT_BEFORE_APART && dsq > apart * block.cutsq[k])
+        released.push_back(range.first + k);
+      if (join[k] != PairList::MAY || dsq > within * block.cutsq[k]) continue;
+      found.push_back(range.first + k);
+      squared_distances.push_back(dsq);
+    }
+  }
 };
 
 /// Adds the forces of all interacting pairs of a list to view.f: what one time step does, and nothing else. Everything a

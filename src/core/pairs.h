@@ -139,6 +139,11 @@ class PairList {
   std::vector<double> inv_deq_next, dissipated;    ///< see FlowArrays
   std::vector<char> any_flow;
 
+  /// Of contacts that may become bonds: what keeps a pair from it. Else empty.
+  enum Join : char { MAY, NOT_BEFORE_APART, NEVER };
+  std::vector<char> join;
+  bool joins = false;
+
   explicit PairList(bool are_bonds_in) : are_bonds(are_bonds_in) {}
   const bool are_bonds;
 
@@ -151,6 +156,8 @@ class PairList {
   void clear(double margin_in, Flow flow_in)
   {
     std::vector<double>().swap(inv_dlim);
+    std::vector<char>().swap(join);
+    joins = false;
     count = 0;
     rows.clear();
     margin = margin_in;
@@ -197,6 +204,7 @@ class PairList {
     row.first = first;
     row.last = first + n;
     count += n;
+    if (joins) join.resize(count, MAY);
   }
 
   double cutoff_squared(double cutoff) const { return EVP::cutoff_squared(cutoff, margin); }
@@ -236,6 +244,9 @@ class PairList {
     for (auto *values : {&inv_deq, &cutsq, &inv_dlim, &limit, &inv_deq_next, &dissipated})
       keep(*values);
     for (auto *values : {&j, &law}) keep(*values);
+    std::vector<char> kept;    // adding rows resizes it
+    kept.swap(join);
+    keep(kept);
     const std::vector<PackedRow> before = rows;
     rows.clear();
     count = 0;
@@ -244,6 +255,7 @@ class PairList {
       const auto first = std::exchange(next, std::lower_bound(next, out.end(), row.last));
       add_row(row.i, row.last - row.first - (int) (next - first));
     }
+    if (joins) std::copy_n(kept.begin(), count, join.begin());
   }
 
   int owner_of(int n) const
@@ -273,7 +285,7 @@ class PairList {
   double memory_usage() const
   {
     return bytes_of(rows, inv_deq, cutsq, inv_dlim, j, law, limit, inv_deq_next, dissipated,
-                    any_flow);
+                    any_flow, join);
   }
 
  private:

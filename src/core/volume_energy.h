@@ -93,6 +93,19 @@ class VolumeLaw {
     return {{rho, slope}, before.gap + lost, 1.0, before.lost + lost};
   }
 
+  /// The reference after pairs without a bond have become bonds that have this share of the density now. Neither energy
+  /// nor volume strain jump, but where the bonds alone are denser than they were.
+  static VolumeReference with(const VolumeReference &before, const DensityNow &now, double share)
+  {
+    VolumeReference after = before;
+    const double denser = now.bonded + share - std::max(before.own.rho, now.bonded);
+    const double moved = before.torn != 0.0 ? share : std::min(before.gap, std::max(0.0, denser));
+    after.own.rho += moved;
+    after.gap = std::max(0.0, before.gap - moved);
+    after.lost = std::max(0.0, before.lost - (before.torn != 0.0 ? share : 0.0));
+    return after;
+  }
+
  private:
   static double strain(const VolumeReference &reference, const DensityNow &now)
   {

@@ -164,6 +164,8 @@ void BondRecording::record_file(const std::string &name, const PairRules &rules)
         state[2] = (bigint) reader->header.within;
         zone = reader->header.zone;
         ended = reader->header.ended;
+        begun = reader->header.begun;
+        joins_within = reader->header.joins_within;
       }
       if (me == 0) state[0] = reader->read(lines, LINES_PER_MESSAGE);
     } catch (const BadInput &bad) {
@@ -174,6 +176,8 @@ void BondRecording::record_file(const std::string &name, const PairRules &rules)
     MPI_Bcast(state, 3, MPI_LMP_BIGINT, 0, world);
     MPI_Bcast(&zone, 1, MPI_DOUBLE, 0, world);
     MPI_Bcast(&ended, 1, MPI_LMP_BIGINT, 0, world);
+    MPI_Bcast(&begun, 1, MPI_LMP_BIGINT, 0, world);
+    MPI_Bcast(&joins_within, 1, MPI_DOUBLE, 0, world);
     if (within == BodyRule::ALL) within = (BodyRule) state[2];
     if (within == BodyRule::MOLECULE) {
       const std::string missing = missing_molecules(lmp);
@@ -264,9 +268,10 @@ void BondRecording::give_to(BondStore &store)
 
   store.within = within;
   store.zone = zone;
-  store.record(made, atom->tag, sides / 2 + ended, highest);
+  store.record(made, atom->tag, sides / 2 + ended - begun, highest);
   if (store.has_history()) {
-    if (comm->me == 0) store.count_ended(ended);
+    if (comm->me == 0) store.count(ended, begun);
+    store.joins_within = joins_within;
     for (size_t i = 0; i < remembered.size(); i++) store.remembered_of((int) i) = remembered[i];
   }
   for (const auto &[i, sphere] : spheres) {

@@ -45,7 +45,8 @@ class BondRecording : protected Pointers {
   std::vector<BondStore::Bonds> made;                 // of each local atom
   std::vector<std::vector<Remembered>> remembered;    // of each local atom, from a file
   std::vector<std::pair<int, SphereLine>> spheres;
-  bigint ended = 0;                  // bonds
+  bigint ended = 0, begun = 0;       // bonds
+  double joins_within = 0.0;         // see BondStore
   std::string source;                // for users
   bigint overlaps = 0, loose = 0;    // pairs of two bodies; atoms of the group without a molecule
   bigint special = 0;                // pairs that special_bonds keeps out of the neighbor list

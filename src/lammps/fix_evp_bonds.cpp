@@ -20,7 +20,7 @@
 using namespace LAMMPS_NS;
 using namespace EVP;
 
-static constexpr double RESTART_FORMAT = 2004;    // first word of our section in restart files
+static constexpr double RESTART_FORMAT = 2005;    // first word of our section in restart files
 
 // fix ID group evp/bonds [zone Z | file FILE] [within type|molecule]
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
@@ -48,7 +48,7 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
   create_attribute = 1;
   stores_ids = 1;
   maxexchange_dynamic = 1;
-  scene::offer_values(this, 5);
+  scene::offer_values(this, 6);
   nevery = 1;
 
   FixEVPBonds::grow_arrays(atom->nmax);
@@ -295,13 +295,14 @@ void FixEVPBonds::measure()
 double FixEVPBonds::compute_vector(int n)
 {
   if (n == 4) return count_ended();
+  if (n == 5) return count_begun();
   if (update->whichflag != 0 &&
       (counted_step == update->ntimestep || !on_all(pair_data->is_packed(), world)))
     return pair_counts[n];
 
   pair_counts = PairData::require_present(force, error, fmt::format("{}: f_{}[{}]", who, id, n + 1))
                     ->count_pairs();
-  pair_counts[0] = (double) bonds->count() - pair_counts[0] - count_ended();
+  pair_counts[0] = (double) bonds->count() + count_begun() - pair_counts[0] - count_ended();
   counted_step = update->ntimestep;
   return pair_counts[n];
 }
@@ -311,6 +312,13 @@ double FixEVPBonds::count_ended()
   if (!bonds->has_history()) return 0.0;
   return_histories();
   return (double) reduce_all(bonds->ended(), MPI_SUM, world);
+}
+
+double FixEVPBonds::count_begun()
+{
+  if (!bonds->has_history()) return 0.0;
+  return_histories();
+  return (double) reduce_all(bonds->begun(), MPI_SUM, world);
 }
 
 int FixEVPBonds::unpack_exchange(int i, double *buf)
@@ -333,7 +341,9 @@ void FixEVPBonds::write_restart(FILE *fp)
                                count_ended(),
                                (double) bonds->has_volume(),
                                bonds->reaches,
-                               bonds->exclusions};
+                               bonds->exclusions,
+                               count_begun(),
+                               bonds->joins_within};
   const std::vector<double> measures = bonds->measures.words();
   words.insert(words.end(), measures.begin(), measures.end());
   const int size = (int) (words.size() * sizeof(double));
@@ -347,7 +357,7 @@ void FixEVPBonds::restart(char *buf)
 {
   const auto *words = reinterpret_cast<const double *>(buf);
   BondMeasures measures;
-  if (words[0] != RESTART_FORMAT || !measures.unpack(words + 11, atom->ntypes))
+  if (words[0] != RESTART_FORMAT || !measures.unpack(words + 13, atom->ntypes))
     error->all(FLERR,
                "{}: its section of the restart file is damaged, or from a version of this package "
                "that wrote another format",
@@ -358,7 +368,8 @@ void FixEVPBonds::restart(char *buf)
   const BodyRule given = bonds->within, kept = (BodyRule) (int) words[6];
   if (recorded || given == BodyRule::ALL) bonds->within = kept;
   bonds->restore(recorded, (int64_t) words[3], (int64_t) words[4],
-                 comm->me == 0 ? (int64_t) words[7] : 0);
+                 comm->me == 0 ? (int64_t) words[7] : 0, comm->me == 0 ? (int64_t) words[11] : 0);
+  bonds->joins_within = words[12];
   bonds->keep_volume(words[8] != 0.0);
   bonds->reaches = words[9];
   bonds->exclusions = words[10];

@@ -95,6 +95,7 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   void warn_of_new_atoms();
   void check_history() const;
   double count_ended();
+  double count_begun();
   void check_zone() const;
   void check_box(const EVP::PairData *) const;
   std::string misplaced_message(int64_t id_found) const;

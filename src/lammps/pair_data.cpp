@@ -248,6 +248,7 @@ void PairData::report()
         : damps_implicitly() ? "damping by fix nve/evp"
                              : "damping on";
   line += fmt::format(", contact {}", CONTACTS[(int) rules.contact]);
+  if (rules.joins()) line += fmt::format(" within {} (R_i + R_j)", rules.join);
   line += source.has_fix()
       ? fmt::format(", deq of bonds from fix {}", scene::find_fix(modify, "evp/bonds")->id)
       : ", no fix evp/bonds: every pair has deq = R_i + R_j";
@@ -317,7 +318,10 @@ bool PairData::pack(const NeighList *neighbors)
   repack_due = false;
   source_version = source.version();
   const PairListBuilder::Found found = builder.build(
-      {neighbors, &coefficients, bonds(), rules, within(), any_gamma, implicit_groupbit}, lists);
+      {neighbors, &coefficients, bonds(), rules, within(), any_gamma, implicit_groupbit,
+       rules.joins() && bonds() && bonds()->joins_within != rules.join},
+      lists);
+  if (rules.joins() && bonds()) histories.store().joins_within = rules.join;
   if (is_first && bonds()) types.check(lists.bonds, volume());
   snapshot.finish();
   histories.note_packing();
@@ -362,6 +366,7 @@ void PairData::commit(bool at_rest)
   if (at_rest) histories.find_next();
   if (shares_leave && at_rest) volume()->evaluate(lists);
   histories.commit(at_rest, wanted_work(), volume());
+  if (volume() && rules.joins()) volume()->commit_joins(lists);
   if (shares_leave) volume()->commit();
 }
 

@@ -23,8 +23,9 @@ using namespace EVP;
 using scene::rows;
 
 static constexpr size_t LONGEST_LINE = 254;       // that read_data takes
-static constexpr double RESTART_FORMAT = 2002;    // first word of our section in restart files
+static constexpr double RESTART_FORMAT = 2003;    // first word of our section in restart files
 static constexpr double LONGEST_ID = 1000;
+static constexpr double LARGEST_JOIN = 1.4;    // below alpha over APART
 
 namespace {
 
@@ -88,7 +89,7 @@ void PairEVPLJ::allocate()
   coefficients.resize(atom->ntypes);
 }
 
-// pair_style evp/lj [contact literal|repulsive|none] [overlap 0.3] [plasticity none|isotropic] [break none|XI]
+// pair_style evp/lj [contact literal|repulsive|none|join [BETA]] [overlap 0.3] [plasticity none|isotropic] [break none|XI]
 void PairEVPLJ::settings(int narg, char **arg)
 {
   for (int k = 0; k < narg; k += 2)
@@ -97,13 +98,26 @@ void PairEVPLJ::settings(int narg, char **arg)
                  "Pair style evp/lj: 'unload' was replaced: use 'plasticity none' (the paper's "
                  "law, which is reversible) or 'plasticity isotropic' (permanent flow)");
   PairRules chosen;
+  std::vector<char *> words(arg, arg + narg);
+  for (int k = 0; k + 2 < (int) words.size(); k += 2) {    // contact join has a number, or none
+    if (strcmp(words[k], "contact") != 0 || strcmp(words[k + 1], "join") != 0) continue;
+    if (!is_number(words[k + 2], chosen.join)) break;
+    if (!(chosen.join >= 1.0 && chosen.join <= LARGEST_JOIN))
+      error->all(
+          FLERR,
+          "Pair style evp/lj: contact join must have a distance over R_i + R_j from 1 to {}, "
+          "got {}",
+          LARGEST_JOIN, words[k + 2]);
+    words.erase(words.begin() + k + 2);
+  }
   for_each_keyword(
-      error, "Pair style evp/lj", narg, arg, {"contact", "overlap", "plasticity", "break"}, " and ",
-      [&](const Keyword &word) {
+      error, "Pair style evp/lj", (int) words.size(), words.data(),
+      {"contact", "overlap", "plasticity", "break"}, " and ", [&](const Keyword &word) {
         if (word.is("contact")) {
           const auto *found = std::find(std::begin(CONTACTS), std::end(CONTACTS), word.value);
           if (found == std::end(CONTACTS))
-            throw BadInput("contact must be literal, repulsive or none, got '" + word.value + "'");
+            throw BadInput("contact must be literal, repulsive, none or join, got '" + word.value +
+                           "'");
           chosen.contact = (Contact) (found - CONTACTS);
         } else if (word.is("plasticity")) {
           word.demand(word.value == "none" || word.value == "isotropic",
@@ -130,6 +144,8 @@ void PairEVPLJ::settings(int narg, char **arg)
     error->all(FLERR,
                "Pair style evp/lj: 'plasticity isotropic' and 'contact literal' together create "
                "energy: add 'contact repulsive' or 'contact none'");
+  if (chosen.joins() && !chosen.plastic)
+    error->all(FLERR, "Pair style evp/lj: 'contact join' needs 'plasticity isotropic'");
   pair_data.rules = chosen;
   pair_data.repack();
   offer_pair_values();
@@ -270,16 +286,17 @@ void PairEVPLJ::sum_forces(bool damps)
   const bool each = eflag_atom || vflag_atom || cvflag_atom || num_tally_compute > 0;
   PairTally tally(this, lists.nlocal, force->newton_pair, energy, incremental);
   const auto add = [&](PairList &list, const BlockLaw &law, PairConsumer *volume_forces,
-                       PairConsumer *ending) {
+                       PairConsumer *changing) {
     PairSums sums(lists.nreact, energy, vflag_global != 0, incremental);
     PairConsumer *const asked = each ? static_cast<PairConsumer *>(&tally) : &sums;
-    accumulate_forces(list, law, view, {volume_forces, ending, evflag ? asked : nullptr, work});
+    accumulate_forces(list, law, view, {volume_forces, changing, evflag ? asked : nullptr, work});
     eng_vdwl += sums.energies.total();
     for (int k = 0; k < 6; k++) virial[k] += sums.virials[k].total();
   };
   add(lists.bonds, coefficients.block_law(lists.bonds), volume ? &volume->on_bonds : nullptr,
       pair_data.histories.ending_to_find());
-  add(lists.contacts, coefficients.block_law(lists.contacts), nullptr, nullptr);
+  add(lists.contacts, coefficients.block_law(lists.contacts), nullptr,
+      pair_data.histories.beginning_to_find());
   view.v = nullptr;
   if (volume)
     add(volume->others(), {}, &volume->on_others, nullptr);    // its fix reports the energy
@@ -351,25 +368,30 @@ void PairEVPLJ::write_restart_settings(FILE *fp)
   pair_data.source.update();
   const PairRules &rules = pair_data.rules;
   const std::string &recorder = pair_data.source.recorder;
-  const double words[] = {
-      RESTART_FORMAT,         NMEMBERS,           (double) rules.contact,  rules.overlap,
-      (double) rules.plastic, rules.break_strain, (double) recorder.size()};
+  const double words[] = {RESTART_FORMAT,
+                          NMEMBERS,
+                          (double) rules.contact,
+                          rules.overlap,
+                          (double) rules.plastic,
+                          rules.break_strain,
+                          rules.join,
+                          (double) recorder.size()};
   fwrite(words, sizeof(words), 1, fp);
   fwrite(recorder.data(), 1, recorder.size(), fp);
 }
 
 void PairEVPLJ::read_restart_settings(FILE *fp)
 {
-  double words[7];
+  double words[8];
   read_together(fp, words, sizeof(words));
   if (words[0] != RESTART_FORMAT || words[1] != NMEMBERS || !(words[2] >= 0.0) ||
-      words[2] >= std::size(CONTACTS) || !(words[6] >= 0.0 && words[6] <= LONGEST_ID))
+      words[2] >= std::size(CONTACTS) || !(words[7] >= 0.0 && words[7] <= LONGEST_ID))
     error->all(FLERR,
                "Pair evp/lj: the restart file is damaged in the settings, or from a version of "
                "this package that wrote another format");
-  pair_data.rules = {(Contact) (int) words[2], words[3], words[4] != 0.0, words[5]};
-  pair_data.source.recorder.resize((size_t) words[6]);
-  if (words[6] > 0.0) read_together(fp, pair_data.source.recorder.data(), (size_t) words[6]);
+  pair_data.rules = {(Contact) (int) words[2], words[3], words[4] != 0.0, words[5], words[6]};
+  pair_data.source.recorder.resize((size_t) words[7]);
+  if (words[7] > 0.0) read_together(fp, pair_data.source.recorder.data(), (size_t) words[7]);
   offer_pair_values();
 }
 

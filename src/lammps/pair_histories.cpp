@@ -24,6 +24,8 @@ void PairHistories::begin_run(BondStore *records_in, PerAtomComm *exchange_in)
   limits_due = false;
   strains.clear();
   ends.strains = nullptr;
+  begins.within = rules.join * rules.join;
+  begins.apart = APART * APART * begins.within;
   every = scene::find_fix(modify, "nve/evp") ? 1 : EVERY;
 }
 
@@ -41,6 +43,7 @@ void PairHistories::move_limits_if_due(PairWork *work)
 void PairHistories::note_packing()
 {
   ends.clear();
+  begins.clear();
   if (!rules.has_history()) return;
   sums.reset(lists.nall);
   if (!rules.plastic) return;
@@ -139,6 +142,7 @@ void PairHistories::commit(bool at_rest, PairWork *work, VolumeForces *volume)
     if (list->stays()) commit_flow(*list, lists.nreact, sums);
   end_bonds(work, volume);
   end_far_bonds(work);
+  if (rules.joins()) begin_bonds(work, volume);
   if (at_rest && rules.plastic) move_limits(work);
 }
 
@@ -147,7 +151,8 @@ bool PairHistories::would_change() const
   const auto any = [](const PairList &list) {
     return std::count(list.any_flow.begin(), list.any_flow.end(), 1) > 0;
   };
-  return !ends.found.empty() || !far.empty() || any(lists.bonds) || any(lists.contacts);
+  return !ends.found.empty() || !begins.found.empty() || !far.empty() || any(lists.bonds) ||
+      any(lists.contacts);
 }
 
 // by the force loop, at the present positions, where bonds fail too: a minimization leaves that to its end
@@ -159,7 +164,8 @@ void PairHistories::find_next()
   ends.clear();
   ends.strains = strains.empty() ? nullptr : strains.data();
   accumulate_forces(lists.bonds, coefficients.block_law(lists.bonds), view, {&ends});
-  accumulate_forces(lists.contacts, coefficients.block_law(lists.contacts), view);
+  accumulate_forces(lists.contacts, coefficients.block_law(lists.contacts), view,
+                    {beginning_to_find()});
 }
 
 // at the end of a step, when deq has moved
@@ -183,10 +189,42 @@ void PairHistories::end_bonds(PairWork *work, VolumeForces *volume)
     contacts.set(contacts.size(), bond.j, left.deq, left.cutoff, bond.law);
     if (rules.plastic) contacts.limit[contacts.size()] = bond.limit;
     contacts.add_row(i, 1);
+    if (contacts.joins && !(d > APART * rules.join * left.cutoff))
+      contacts.join.back() = PairList::NOT_BEFORE_APART;
   }
   lists.bonds.remove(ends.found);
   ends.clear();
   lists.build++;
+}
+
+// likewise. What a contact stores is lost: one that comes from outside has nothing, unless it jumped
+void PairHistories::begin_bonds(PairWork *work, VolumeForces *volume)
+{
+  PairList &bonds = lists.bonds, &contacts = lists.contacts;
+  for (const int k : begins.released) contacts.join[k] = PairList::MAY;
+  for (size_t n = 0; n < begins.found.size(); n++) {
+    const int k = begins.found[n], i = contacts.owner_of(k);
+    const PackedPair contact = contacts.pair(k);
+    const double d = std::sqrt(begins.squared_distances[n]);
+    const double dlim =
+        coefficients.law(contact.law).row.alpha * (atom->radius[i] + atom->radius[contact.j]);
+    if (work)
+      work->end(coefficients.law(contact.law).state(d * contact.inv_deq, contact).stored,
+                rank_share(contact.j, lists.nreact));
+    journal.push_back({i, contact.j, atom->tag[contact.j], d, PairEvent::BEGAN});
+    sums.add(i, contact.j, lists.nreact, FlowSums::ENDED, -1.0);
+    demand_room(bonds, 1, error);
+    bonds.set(bonds.size(), contact.j, d, dlim, contact.law);
+    bonds.limit[bonds.size()] = contact.limit;
+    if (volume) {
+      bonds.inv_dlim.resize(bonds.size());
+      bonds.inv_dlim.push_back(volume->pair_begins(lists, i, contact.j, d, dlim));
+    }
+    bonds.add_row(i, 1);
+  }
+  contacts.remove(begins.found);
+  if (!begins.found.empty()) lists.build++;
+  begins.clear();
 }
 
 // each on the ranks of both of its atoms
@@ -229,6 +267,10 @@ void PairHistories::apply(const PairEvent &event)
     records->move(event.i, event.partner, event.deq);
   else if (event.what == PairEvent::REMEMBERED)
     remember(Remembered::CONTACT);
+  else if (event.what == PairEvent::INSIDE)
+    remember(Remembered::INSIDE);
+  else if (event.what == PairEvent::BEGAN)
+    records->begin(event.i, event.partner, event.deq);
   else {
     records->end(event.i, event.partner);
     if (!rules.plastic) remember(Remembered::APART);
@@ -246,13 +288,18 @@ void PairHistories::add_moves()
       for (int k = row.first; k < row.last; k++) {
         const int i = row.i, j = list->j[k];
         if (j >= lists.nreact && tag[i] > tag[j]) continue;
-        const BondRecord *const bond = list->are_bonds ? records->find(i, tag[j]) : nullptr;
         const double inv_deq = list->inv_deq[k];
+        const auto note = [&](PairEvent::What what) {
+          journal.push_back({i, j, tag[j], 1.0 / inv_deq, what});
+        };
+        if (list->are_bonds) {    // one that began since is not in the records yet
+          const BondRecord *const bond = records->find(i, tag[j]);
+          if (!bond || 1.0 / bond->deq != inv_deq) note(PairEvent::MOVED);
+        } else if (list->joins && list->join[k] == PairList::NOT_BEFORE_APART)
+          note(PairEvent::INSIDE);
         // contacts end at R_i + R_j as these were packed
-        if (bond ? 1.0 / bond->deq != inv_deq
-                 : !list->are_bonds && inv_deq * list->pair(k).cut > 1.0 + CONTACT_MARGIN)
-          journal.push_back(
-              {i, j, tag[j], 1.0 / inv_deq, bond ? PairEvent::MOVED : PairEvent::REMEMBERED});
+        else if (inv_deq * list->pair(k).cut > 1.0 + CONTACT_MARGIN)
+          note(PairEvent::REMEMBERED);
       }
 }
 

@@ -36,6 +36,13 @@ class PairHistories : protected Pointers {
   }
   const EndingBonds &ending() const { return ends; }
 
+  /// Likewise which bonds begin.
+  BeginningBonds *beginning_to_find()
+  {
+    begins.clear();
+    return rules.joins() ? &begins : nullptr;
+  }
+
   /// At the beginning of a step of a run, before its forces.
   void begin_step();
 
@@ -89,7 +96,8 @@ class PairHistories : protected Pointers {
 
   double memory_usage() const
   {
-    return bytes_of(ends.found, ends.squared_distances, journal, far, sums.values, strains, limits);
+    return bytes_of(ends.found, ends.squared_distances, begins.found, begins.squared_distances,
+                    begins.released, journal, far, sums.values, strains, limits);
   }
 
  private:
@@ -104,9 +112,11 @@ class PairHistories : protected Pointers {
   /// message to the rank of i.
   struct PairEvent {
     enum What : int64_t {
-      MOVED,        ///< deq of a bond, to this
-      ENDED,        ///< a bond; deq: of what is left of it
-      REMEMBERED    ///< a contact that has flowed, to this deq
+      MOVED,         ///< deq of a bond, to this
+      ENDED,         ///< a bond; deq: of what is left of it
+      REMEMBERED,    ///< a contact that has flowed, to this deq
+      INSIDE,        ///< a contact that may not join before it has been apart
+      BEGAN          ///< a bond
     };
     int i, j;
     tagint partner;
@@ -123,6 +133,7 @@ class PairHistories : protected Pointers {
   };
 
   EndingBonds ends;
+  BeginningBonds begins;
   std::vector<PairEvent>
       journal;    // what the records have not been told; between two tellings bonds that have ended
   std::vector<FarBond> far;
@@ -140,6 +151,7 @@ class PairHistories : protected Pointers {
   void keep_below_limit(PairList &, int i, int n, double before, PairWork *);
   void end_bonds(PairWork *, VolumeForces *);
   void end_far_bonds(PairWork *);
+  void begin_bonds(PairWork *, VolumeForces *);
   void apply(const PairEvent &);
   void tell_owners();
   void add_moves();

@@ -30,6 +30,7 @@ PairListBuilder::Found PairListBuilder::build(const Input &input, PairLists &lis
   lists.bonds.clear(BOND_MARGIN, input.rules.flow_of_bonds());
   lists.contacts.clear(input.rules.contact_margin(false, input.any_damping),
                        input.rules.flow_of_contacts());
+  lists.contacts.joins = input.rules.joins();
   lists.unbonded.clear(BOND_MARGIN, Flow::FORGETS);
 
   Found found{};
@@ -99,6 +100,9 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
   const double margin_between_bodies = rules.contact_margin(true, input.any_damping);
   const int implicit_bit = input.implicit_groupbit;
   const double closest = std::max(1.0 - rules.overlap, COINCIDENT);
+  const bool joins = rules.joins(), looks_first = input.looks_first;
+  const double inside = APART * rules.join;
+  std::vector<char> &join = lists.contacts.join;
   Room bonds(lists.bonds), contacts(lists.contacts);
 
   for (int jj = 0; jj < nneighbors; jj++) {
@@ -134,6 +138,13 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
       span = apart ? rules.of_ended(sum_radii, kept->deq)
                    : rules.of_contact(sum_radii, dlim, divided);
       if (kept) span.deq = std::min(span.deq, kept->deq);
+      if (joins) {
+        const bool is_inside = looks_first ? dsq <= inside * inside * sum_radii * sum_radii
+                                           : kept && kept->kind == Remembered::INSIDE;
+        join.push_back(divided         ? PairList::NEVER
+                           : is_inside ? PairList::NOT_BEFORE_APART
+                                       : PairList::MAY);
+      }
       contacts.add(span.deq,
                    divided ? cutoff_squared(span.cutoff, margin_between_bodies)
                            : lists.contacts.cutoff_squared(span.cutoff),

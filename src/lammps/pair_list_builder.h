@@ -32,6 +32,7 @@ class PairListBuilder : protected Pointers {
     BodyRule within;    ///< see fix evp/bonds
     bool any_damping;
     int implicit_groupbit;    ///< pairs with an atom of it have the law without gamma
+    bool looks_first;         ///< no pair has been looked at that may join: which are inside?
   };
 
   /// Pairs that overlap beyond the limit; the first of them.

@@ -122,6 +122,36 @@ void VolumeForces::pair_leaves(PairLists &lists, int i, int j, double dlim) cons
   lists.unbonded.add_row(i, 1);
 }
 
+double VolumeForces::pair_begins(PairLists &lists, int i, int j, double d, double dlim)
+{
+  if (!are_pair(i, j, true)) return HUGE_VAL;
+  for (const PackedRow &row : lists.unbonded.rows) {
+    if (row.i != i) continue;
+    const auto *const begin = lists.unbonded.j.data();
+    const auto *const at = std::find(begin + row.first, begin + row.last, j);
+    if (at == begin + row.last) continue;
+    lists.unbonded.remove({(int) (at - begin)});
+    break;
+  }
+  joined.resize(2 * (size_t) lists.nall, 0.0);
+  const double t = std::max(0.0, 1.0 - d / dlim);
+  joined[2 * (size_t) i] += t * t;
+  if (j < lists.nreact) joined[2 * (size_t) j] += t * t;
+  return 1.0 / dlim;
+}
+
+void VolumeForces::commit_joins(const PairLists &lists)
+{
+  if (!on_any(!joined.empty(), world)) return;
+  joined.resize(2 * (size_t) lists.nall, 0.0);
+  exchange.reverse_comm(joined);
+  for (int i = 0; i < lists.nlocal; i++)
+    if (joined[2 * (size_t) i] > 0.0)
+      store->volume(i).reference =
+          VolumeLaw::with(reference(i), density(i), joined[2 * (size_t) i]);
+  joined.clear();
+}
+
 // Collective. Bonds that end at the end of the step count as new pairs at once, so that the next set-up finds the same
 // forces; those past their dlim have no share any more
 void VolumeForces::find_leaving(const PairLists &lists, const std::vector<int> &ended)

@@ -66,6 +66,12 @@ class VolumeForces : protected Pointers {
   /// The pair of a bond that breaks counts as one that was never recorded.
   void pair_leaves(PairLists &, int i, int j, double dlim) const;
 
+  /// A pair without a bond becomes one that is d apart. Returns 1/dlim, as the list of bonds has it.
+  double pair_begins(PairLists &, int i, int j, double d, double dlim);
+
+  /// Collective, after these: the references of their atoms.
+  void commit_joins(const PairLists &);
+
   /// Collective. The same for one who asks at other positions: what the fix reports, and which bonds break, stays that of the
   /// forces.
   void evaluate_aside(const PairLists &);
@@ -145,6 +151,7 @@ class VolumeForces : protected Pointers {
   bool end_at_dlim = false;        // then a bond leaves without a share, and no rule is needed
   std::vector<int> far;            // atoms with a bond that breaks at the end of the step
   std::vector<Leaving> leaving;    // as of the last evaluate(), by i
+  Values joined;    // shares of bonds that have just begun, of atoms and ghosts; empty without
 
   // what evaluate() found last
   void forget()

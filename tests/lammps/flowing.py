@@ -15,13 +15,15 @@ SPHERE = "p work slip bonds recorded rho0 G gap torn lost".split()
 
 
 class Pairs(NamedTuple):
-    """A bond file: {(id_i, id_j): deq}, lower ID first; spheres {id: values in the order of SPHERE}; ended: bonds."""
+    """A bond file: {(id_i, id_j): deq}, lower ID first; spheres {id: values in the order of SPHERE}; ended, joined: bonds."""
 
     bonds: dict
     contacts: dict
     apart: dict
+    inside: dict
     spheres: dict
     ended: int
+    joined: int = 0
 
     def column(self, name):
         """{id: value} of what spheres keep."""
@@ -77,7 +79,7 @@ def lead(distances, deq, row, flow=None, touching=None, first=1):
 
 def read_pairs(path):
     header, *lines = path.read_text(encoding="utf-8").splitlines()
-    found, spheres = {"bond": {}, "contact": {}, "apart": {}}, {}
+    found, spheres = {"bond": {}, "contact": {}, "apart": {}, "inside": {}}, {}
     for words in map(str.split, lines):
         if words[0] == "sphere":
             spheres[int(words[1])] = tuple(map(float, words[2:]))
@@ -88,14 +90,15 @@ def read_pairs(path):
         found[kind][key] = float(words[2])
     words = header.split()
     ended = int(words[words.index("ENDED:") + 1]) if "ENDED:" in words else 0
-    return Pairs(*found.values(), spheres, ended)
+    joined = int(words[words.index("JOINED:") + 1]) if "JOINED:" in words else 0
+    return Pairs(*found.values(), spheres, ended, joined)
 
 
 def largest_difference(one, other):
     """Of two bond files, in units of the largest value of each column."""
     worst = 0.0
-    assert one.ended == other.ended, (one.ended, other.ended)
-    columns = [(one[k], other[k]) for k in range(3)] + [(one.column(name), other.column(name)) for name in SPHERE]
+    assert (one.ended, one.joined) == (other.ended, other.joined)
+    columns = [(one[k], other[k]) for k in range(4)] + [(one.column(name), other.column(name)) for name in SPHERE]
     for own, others in columns:
         assert set(own) == set(others)
         if not others:

@@ -60,7 +60,7 @@ FILES = {
 
 WORDS = {
     "pair_style evp/lj {}": ("style", [
-        ("contact sticky", "contact must be literal, repulsive or none, got 'sticky'"), ("contact {}", "contact must be literal, repulsive or none, got '{}'"),
+        ("contact sticky", "contact must be literal, repulsive, none or join, got 'sticky'"), ("contact {}", "contact must be literal, repulsive, none or join, got '{}'"),
         ("contact", "Pair style evp/lj: keyword contact needs a value"), ("CONTACT none", "unknown keyword 'CONTACT'; it takes contact and overlap"),
         ("overlap nan", f"Pair style evp/lj: overlap {NUMBER} 'nan'"), ("overlap 0", "overlap must lie in (0, 1]"), ("overlap 1.1", "overlap must lie in (0, 1]"),
         ("overlap 0.3 0.4", "unknown keyword '0.4'"), ("unload elastic", "plasticity isotropic"), ("plasticity", "keyword plasticity needs a value"),
@@ -104,7 +104,7 @@ WORDS = {
         ("unknown.bonds", "bond 1 13: there is no atom 13: read the data file that was written with the bond file"), ("wraps.bonds", "there is no atom 4294967298:"),
         ("turned.bonds", "bond 1 2 is given twice in file turned.bonds"), ("late.bonds", "bond 1 2 is given twice in file late.bonds"),
         ("contact.bonds", "there is no atom 13"),
-        ("older.bonds", "line 2: expected 'id_i id_j deq', got 7 values; contact or apart may stand before them"),
+        ("older.bonds", "line 2: expected 'id_i id_j deq', got 7 values; contact, apart or inside may stand before them"),
         ("flowed.bonds", "sphere 1: it has flowed: use pair_style evp/lj with 'plasticity isotropic', as when the file was written"),
         ("pushed.bonds", "bond 1 2: it has flowed: use pair_style evp/lj with 'plasticity isotropic', as when the file was written"),
         ("broken.bonds", "bond 1 2: it has broken: use pair_style evp/lj with 'break' and 'plasticity none', as when the file was written"),
@@ -253,7 +253,7 @@ OTHERS = [
     ({"then": "compute dt all evp/dt\nprint $(c_dt)"}, "cannot be invoked before initialization by a run"),
     ({"then": "compute state all evp/state/atom", "after": "pair_style lj/cut 0.01\npair_coeff * * 1 1 0.01\nwrite_dump all custom s.dump id c_state[1]", **SEEN},
      "Compute state evp/state/atom needs the pairs of the current atoms"),
-    ({"thermo": "compute dt all evp/dt\nthermo_style custom step c_dt[6]"}, "out-of-range"), ({"thermo": "thermo_style custom step f_bonds[6]"}, "out-of-range"),
+    ({"thermo": "compute dt all evp/dt\nthermo_style custom step c_dt[6]"}, "out-of-range"), ({"thermo": "thermo_style custom step f_bonds[7]"}, "out-of-range"),
     ({"units": "units si\nvariable m_kv index 3\nread_evp_row good.evp:a m"}, "Cannot redefine"),
     # two dimensions
     ({**FLAT, "then": "fix volume all evp/volume 300"}, f"Fix volume evp/volume: the volume strain {SOLID}leave the fix out"),

@@ -12,6 +12,8 @@ The law of pairs is that of tools/evp/law.py. Order of a step, after the drift:
 3. deq moves; half of each D is plastic work of each sphere; |ln| of bonds waits; bonds end. A bond past dlim flows to
    d = dlim. One that is longer than deq ends where (p_i + p_j)/2 >= XI, and flows to d. Both lose their Psi of there
    and carry no force in that step. What is left only repels: below R_i + R_j, or the smaller of d and R_i + R_j.
+   With contact join a pair without a bond becomes one with deq = d where d is at most BETA (R_i + R_j), once it has been
+   beyond APART times that; what it stored as a contact is lost.
 
 The set-up does 2 alone. Energies close to O(dt^2) while y is constant. Each y that moves, and each bond that ends with
 a force, is a kink or a jump of a force within a timestep: O(dt), with a small factor where y grows.
@@ -24,6 +26,8 @@ import numpy as np
 from evp import law
 
 from .brute import rows_of_pairs
+
+APART = 1.05  # times BETA (R_i + R_j): beyond, a pair that was inside may join
 
 
 class Pairwise(NamedTuple):
@@ -44,7 +48,7 @@ class Metal:
     x, v (N,3) positions [length] and velocities; radius, mass (N,); IDs are 1..N.
     rows: one law.Row, or {(type_i, type_j): Row}; flows: one table p0 Y0 p1 Y1 ... or None, or {type: table or None};
     types (N,) int, default 1. Limits are by the rows and tables of a sphere's own type.
-    bonds: {(id_i, id_j): deq}; contact: none or repulsive; near (P,2): 0-based pairs that may meet, default all others.
+    bonds: {(id_i, id_j): deq}; contact: none, repulsive or join; join: BETA; near (P,2): 0-based pairs that may meet, default all others.
     every: of the updates of p; failure: XI of `break`, None without; prescribed (N,) bool: spheres that keep their v.
 
     Per pair: i, j (0-based), bonded, deq, touching = R_i + R_j. Per sphere: p, slip (what waits), work, count, y.
@@ -52,8 +56,8 @@ class Metal:
     """
 
     def __init__(self, x, v, radius, mass, rows, bonds, dt, flows=None, types=None, contact="none", near=None, every=10,
-                 failure=None, prescribed=None, p=0.0):
-        if contact not in ("none", "repulsive"):
+                 failure=None, prescribed=None, p=0.0, join=1.2):
+        if contact not in ("none", "repulsive", "join"):
             raise ValueError(f"contact {contact} has no plasticity")
         self.x, self.v = np.array(x, dtype=float), np.array(v, dtype=float)
         n = len(self.x)
@@ -63,7 +67,7 @@ class Metal:
         self.dt, self.every, self.failure, self.contact = dt, every, failure, contact
         known = {(min(a, b) - 1, max(a, b) - 1): deq for (a, b), deq in bonds.items()}
         others = []
-        if contact == "repulsive":
+        if contact != "none":
             near = np.stack(np.triu_indices(n, 1), axis=1) if near is None else np.sort(near, axis=1)
             others = [pair for pair in map(tuple, near.tolist()) if pair not in known]
         self.i, self.j = np.array([*known, *others], dtype=int).reshape(-1, 2).T
@@ -78,7 +82,8 @@ class Metal:
             self._laws[kind] = own, flows[kind] if isinstance(flows, dict) else flows
         self.p, self.slip, self.work = np.full(n, p, dtype=float), np.zeros(n), np.zeros(n)
         self.count, self.y = self._to_spheres(self.bonded), self._limits()
-        self.n_steps, self.ended = 0, 0
+        self.n_steps, self.ended, self.joined, self.join = 0, 0, 0, join
+        self.inside = ~self.bonded & (np.linalg.norm(self.x[self.i] - self.x[self.j], axis=1) <= APART * join * self.touching)
         self.dissipated = self.lost = self.viscous = self.work_done = 0.0
         self._setup()
 
@@ -156,6 +161,14 @@ class Metal:
         self.ended += int(np.sum(ends))
         self.bonded = self.bonded & ~ends
         self.deq = np.where(ends, np.where(now.past, self.touching, np.minimum(now.d, self.touching)), now.flowed.deq)
+        if self.contact != "join":
+            return
+        near, apart = now.d <= self.join * self.touching, now.d > APART * self.join * self.touching
+        begins = ~self.bonded & ~ends & ~self.inside & near
+        self.inside = ~self.bonded & ~apart & (self.inside | ends)
+        self.lost += float(np.sum(now.flowed.stored[begins]))
+        self.joined += int(np.sum(begins))
+        self.bonded, self.deq = self.bonded | begins, np.where(begins, now.d, self.deq)
 
     def step(self):
         old, old_force = self.pairs, self.force
@@ -191,8 +204,13 @@ class Metal:
         """kinetic + Psi + D + lost + viscous - work [energy]; it stays what it was."""
         return self.kinetic() + self.stored() + self.dissipated + self.lost + self.viscous - self.work_done
 
+    def inside_pairs(self):
+        """IDs of pairs that may not join before they have been apart."""
+        chosen = self.inside & (self.contact == "join")
+        return set(zip((self.i[chosen] + 1).tolist(), (self.j[chosen] + 1).tolist()))
+
     def records(self, bonds=True):
         """{(id_i, id_j): deq} of the bonds, or of the contacts whose deq is not R_i + R_j."""
-        chosen = self.bonded if bonds else ~self.bonded & (self.deq != self.touching)
+        chosen = self.bonded if bonds else ~self.bonded & (self.deq != self.touching) & ~(self.inside & (self.contact == "join"))
         keys = zip((self.i[chosen] + 1).tolist(), (self.j[chosen] + 1).tolist())
         return dict(zip(keys, self.deq[chosen].tolist()))

@@ -231,6 +231,44 @@ TEST(Kernel, EqualsTheLawPairByPair)
       });
 }
 
+// Whatever keeps the others from it.
+TEST(Kernel, FindsPairsThatMeetAndThoseThatAreApart)
+{
+  for_each_list(LAWS.front(), 600, [&](const Cloud &cloud, PairList &list) {
+    list.joins = true;
+    for (size_t k = 0; k < list.size(); k++) list.join.push_back((char) (k % 3));
+    EVP::BeginningBonds begins;
+    std::vector<double> ratios;
+    EVP::for_each_pair(list, rows_of(cloud.x), [&](const EVP::PlacedPair &p) {
+      ratios.push_back(p.g.dsq / p.cutsq);
+    });
+    std::sort(ratios.begin(), ratios.end());
+    begins.within = ratios[200];
+    begins.apart = ratios[400];
+    std::vector<int> found, released;
+    std::vector<double> squared_distances;
+    EVP::for_each_pair(list, rows_of(cloud.x), [&](const EVP::PlacedPair &p) {
+      if (list.join[p.index] == PairList::MAY && p.g.dsq <= begins.within * p.cutsq) {
+        found.push_back(p.index);
+        squared_distances.push_back(p.g.dsq);
+      }
+      if (list.join[p.index] == PairList::NOT_BEFORE_APART && p.g.dsq > begins.apart * p.cutsq)
+        released.push_back(p.index);
+    });
+    on_each_instruction_set([&] {
+      Vectors f(ALL, {0, 0, 0});
+      begins.clear();
+      cloud.add_forces(list, false, ALL, f, {&begins});
+      if (!list.are_bonds && !list.stays()) return;    // blocks without a force are left out
+      EXPECT_EQ(begins.found, found);
+      EXPECT_EQ(begins.released, released);
+      EXPECT_EQ(begins.squared_distances, squared_distances);
+    });
+    EXPECT_GT(found.size(), 20u);
+    EXPECT_GT(released.size(), 20u);
+  });
+}
+
 // Timesteps with energy and those without must move the particles alike, and so must all machines.
 TEST(Kernel, TheSameBitsWithTallyAndOnEveryInstructionSet)
 {
