@@ -75,13 +75,14 @@ NAMED = {
     (PART, BODY_TOOL, WALK): ("tools/body.py lammps_inputs/dog_bone.stl", "dog_bone.stl: 1152 triangles", "in.quasistatic -var specimen bone.data",
                               "tools/curves.py numbers bone.csv", "bone.csv   20.868"),
     (PART, "tests/lammps/test_doc_commands.py", "is the file plate.region of the commands above it"): ("region hole cylinder",),
+    (FRICTION, "tests/lammps/test_forming.py", "runs it on a block"): ("region          punch cone",),
     (FRICTION, "tests/lammps/test_granular.py", "runs it"): ("pair_style      hybrid evp/lj",),
     (DOCTOR, "tests/tools/test_doctor.py", "paths of the reader, each option is tested; written by doc/studies/doctor_page.py, compared with a run"): (
         "evp doctor --lmp /path/to/lmp", "FAULT        plugin path"),
     (DOCTOR, "", "written by doc/studies/doctor_page.py; binutils are no part of the setup; tests/tools/test_doctor.py reads the same text"): (
         "Healthy: lmp loads", "strings evpplugin.so"),
     (METAL, CALIBRATE, "runs these options, with a bar of its own and fewer spheres"): ("--body bar.data",),
-    (METAL, CALIBRATE, WALK): ("--ranks 1 --name mymetal", "run 1: E ", "in.specimen -var n 300", "-var increment 0.00025", "tools/curves.py numbers pull.csv",
+    (METAL, CALIBRATE, WALK): ("--ranks 1 --name mymetal", "pass 1, elastic: E ", "in.specimen -var n 300", "-var increment 0.00025", "tools/curves.py numbers pull.csv",
                                "pull.csv   6"),
 }
 

@@ -3,13 +3,15 @@
 
 import re
 
+import doc_blocks
 import numpy as np
 import pytest
-from lammps_run import packed, read_csv, run_lammps
+from lammps_run import DECKS, packed, read_csv, run_lammps
 
 METAL = "160 8 4 1.4 8 4 0.0007 0 1.5 spacing 0.00374 coordination 13.05 kv 700 flow 0 1 0.02 1.4 0.3 2 2 3"  # E 193 GPa
 
 sheet = packed("sheet.data", n=900, shape="block", length=0.06, width=0.015, height=0.009)
+thick = packed("thick.data", n=300, shape="block", length=0.02, width=0.02, height=0.04)
 billet = packed("billet.data", n=500, length=0.05, radius=0.012)
 
 
@@ -44,3 +46,13 @@ def test_a_billet_is_extruded(billet, tmp_path):
     assert ideal == pytest.approx(np.log(1.8), rel=1e-3) and behind > 100 and 0.8 * ideal < strain < 2.0 * ideal
     assert 1.0 < pressure / (450.0 * ideal) < 3.5
     assert abs(imbalance) < 3e-3
+
+
+def test_the_tool_of_the_howto_page(thick, tmp_path):
+    """A cone comes down on a block, as the page has it, and presses."""
+    tool = next(block.text for block in doc_blocks.blocks("doc/Howto_evp_friction.rst") if "region          punch cone" in block.text)
+    text = f'variable specimen index {thick}\nvariable coeff index "{METAL}"\nvariable plasticity index isotropic\ninclude {DECKS}/body.lmp\nfix move all nve\n'
+    text += tool.replace("lammps_inputs/", f"{DECKS}/")
+    text += "compute force all reduce sum f_punch[2] f_punch[3] f_punch[4]\nthermo_style custom step c_force[3]\nthermo 1000\nrun 4000\n"
+    force = run_lammps(text, 1, {}, tmp_path).ok().thermo()["c_force[3]"]
+    assert force[-1] < 1.5 * force[0] <= 0.0 and force[-1] < -1000.0
