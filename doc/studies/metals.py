@@ -97,10 +97,8 @@ def loaded(name, spheres, seed, study):
                                              study.ranks, study.work, TIMEOUT, f"{name}, {spheres} spheres, {way}")
             except calibration.Failed as failure:
                 print(f"{name}, {spheres} spheres, {way}: {failure}", flush=True)
-        text = {way: {key: np.asarray(value).tolist() for key, value in run._asdict().items()} for way, run in runs.items()}
-        kept.write_text(json.dumps(text), encoding="utf-8")
-    found = json.loads(kept.read_text(encoding="utf-8"))
-    return {way: Run(**{key: np.array(value) if isinstance(value, list) else value for key, value in run.items()}) for way, run in found.items()}
+        kept.write_text(json.dumps({way: run.as_json() for way, run in runs.items()}), encoding="utf-8")
+    return {way: Run.from_json(run) for way, run in json.loads(kept.read_text(encoding="utf-8")).items()}
 
 
 def draw(study, results):
@@ -117,10 +115,9 @@ def draw(study, results):
             axis.plot(100.0 * true, curve, color="black", linewidth=1.2, label="flow curve")
             rows += [(name, "flow curve", f"{100.0 * a:.6g}", f"{b:.6g}") for a, b in zip(true, curve)]
             for k, (way, run) in enumerate(next(iter(results[name].values())).items(), start=1):
-                factor = 1.0 + run.sign * run.strain
-                size, stress = np.abs(np.log(factor)), run.stress * factor / MPA
-                axis.plot(100.0 * size, stress, label=f"evp/lj, {way}", **figures.line_style(k))
-                rows += [(name, way, f"{100.0 * a:.6g}", f"{b:.6g}") for a, b in zip(size, stress)]
+                strain, stress = run.true_curve()
+                axis.plot(100.0 * strain, stress / MPA, label=f"evp/lj, {way}", **figures.line_style(k))
+                rows += [(name, way, f"{100.0 * a:.6g}", f"{b:.6g}") for a, b in zip(strain, stress / MPA)]
             axis.set(title=metal.title, xlim=(0, None), xlabel="true strain [%]", ylim=(0, None))
         for axis in axes[:, 0]:
             axis.set_ylabel("true stress [MPa]")
@@ -158,11 +155,12 @@ def page(results):
 def main(words=None):
     with Study(__doc__, "metals", only=list(METALS), spheres=OTHERS, ranks=2).started(words) as study:
         results = {name: {(spheres, seed): loaded(name, spheres, seed, study) for seed, spheres in enumerate(study.spheres, start=2)} for name in study.each(METALS)}
-        rows = []
+        rows, others = [], [block for block in POTENTIALS.read_text(encoding="utf-8").strip().split("\n\n")[1:] if block.splitlines()[-1].split()[0] not in METALS]
         for name, metal in METALS.items():
             head, mark, rest = (study.work / f"{name}.evp").read_text(encoding="utf-8").partition(f"# {name}:")
             lines = (mark + rest).splitlines()
             rows += ["", lines[0], f"#   source: {metal.title}: {metal.source}", *lines[1:]]
+        rows += [line for block in others for line in ("", *block.splitlines())]
         POTENTIALS.write_text("\n".join([head.rstrip("\n"), *rows, ""]), encoding="utf-8")
         draw(study, results)
         study.write(**page(results))

@@ -13,7 +13,8 @@ namespace EVP {
 enum class Contact : int { LITERAL, REPULSIVE, NONE, JOIN };
 constexpr const char *CONTACTS[] = {"literal", "repulsive", "none", "join"};    ///< for users
 
-/// A pair that was within the distance where pairs join, without a bond, may join once it has been beyond this times it.
+/// A pair that was within the distance where pairs join, without a bond, may join once it has been beyond this times
+/// it.
 constexpr double APART = 1.05;
 
 /// Contacts between two bodies stay in the first regime up to this strain: solids that touch yield inside. A contact plane

@@ -157,15 +157,15 @@ inline Row row_from_text(const std::string &text, const std::string &file, const
 }
 
 // The text file of recorded bonds: one header line, then `id_i id_j deq` a line. Where bonds flow or end there may follow
-// lines `contact id_i id_j deq`, `apart id_i id_j deq` and `inside id_i id_j deq` of pairs that are no bonds but remember (see Remembered), and
+// lines `contact id_i id_j deq`, `apart ...` and `inside ...` of pairs that are no bonds but remember (see Remembered), and
 // `sphere id p work slip bonds recorded rho0 G gap torn lost` of what spheres keep (see Sphere and VolumeReference).
 //
 //     # EVP bonds COUNT: 2975 UNITS: si
 //     1 17 0.0101234
 //
 // Words of the header with a number or name each, those that are not needed left out: WITHIN and ZONE as given to fix
-// evp/bonds, CONTACTS for the number of lines of pairs that are no bonds, ENDED for that of bonds that have ended, JOINED for that of
-// bonds that have begun, JOIN for the distance over R_i + R_j by which pairs are inside, SPHERES.
+// evp/bonds, CONTACTS for the number of lines of pairs that are no bonds, ENDED for that of bonds that have ended,
+// JOINED for that of bonds that have begun, JOIN for the distance over R_i + R_j by which pairs are inside, SPHERES.
 // Reads in pieces, whatever the size; every refusal is a BadInput that names the line.
 
 /// What the header says beside the units.

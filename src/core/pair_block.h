@@ -239,7 +239,8 @@ struct EndingBonds final : PairConsumer {
   bool fails(int i, int j) const { return strains && 0.5 * (strains[i] + strains[j]) >= failure; }
 };
 
-/// Contacts of a list that become bonds, as they come within a distance, and those that may from now on, as they are apart.
+/// Contacts of a list that become bonds, as they come within a distance, and those that may from now on, as they are
+/// apart.
 struct BeginningBonds final : PairConsumer {
   std::vector<int> found, released;         ///< indices of pairs
   std::vector<double> squared_distances;    ///< of those found, as the forces saw them [length^2]

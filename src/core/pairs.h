@@ -107,7 +107,7 @@ struct FlowSums {
   enum Value {
     SLIP,    ///< sum of |ln(deq_new/deq_old)| of bonds
     WORK,    ///< half of what each pair has dissipated [energy]
-    ENDED    ///< bonds that have ended
+    ENDED    ///< bonds that have ended, less those that have begun
   };
   std::vector<double> values;    ///< WIDTH per particle
 

@@ -93,8 +93,8 @@ class VolumeLaw {
     return {{rho, slope}, before.gap + lost, 1.0, before.lost + lost};
   }
 
-  /// The reference after pairs without a bond have become bonds that have this share of the density now. Neither energy
-  /// nor volume strain jump, but where the bonds alone are denser than they were.
+  /// The reference after pairs without a bond have become bonds that have this share of the density now. The
+  /// energy does not jump, unless the bonds alone are denser than at rest.
   static VolumeReference with(const VolumeReference &before, const DensityNow &now, double share)
   {
     VolumeReference after = before;

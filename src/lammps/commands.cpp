@@ -329,7 +329,8 @@ void EVPChoices::write_as_integer(const std::string &name, const std::string &va
   input->variable->set(name + " index " + plain);
 }
 
-// Collective. The folder of the input script that is being read, for its includes; the present one where it is not known
+// Collective. The folder of the input script that is being read, for its includes; the present one where it is not
+// known
 void EVPChoices::set_here() const
 {
   char path[4096] = "";
@@ -368,13 +369,13 @@ void EVPChoices::command(int narg, char **arg)
     line += fmt::format("{} {} {}", line == arg[0] ? ":" : ",", choice.name, value);
     if (choice.takes_integers() && igroup < 0) write_as_integer(choice.name, value);
   }
-  if (ends) set_here();
-  if (comm->me) return;
-  utils::logmesg(lmp, line + "\n");
+  if (comm->me == 0) utils::logmesg(lmp, line + "\n");
   char name[256] = {};
-  for (int k = 0; only && lammps_id_name(lmp, "variable", k, name, sizeof(name) - 1); k++)
-    if (strcmp(name, "here") != 0 && std::find(known.begin(), known.end(), name) == known.end())
+  for (int k = 0;
+       only && comm->me == 0 && lammps_id_name(lmp, "variable", k, name, sizeof(name) - 1); k++)
+    if (std::find(known.begin(), known.end(), name) == known.end())
       error->warning(FLERR, "{} has no choice '{}': -var {} has no effect", arg[0], name, name);
+  if (ends) set_here();
 }
 
 namespace {

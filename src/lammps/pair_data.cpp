@@ -234,6 +234,11 @@ double PairData::handle(int i, int j)
   const Row row = types.make(i, j, rules.plastic);
   repack();
   if (row.gamma > 0.0) any_gamma = true;    // fix adapt may have switched it on
+  if (rules.joins() && !(row.alpha > APART * rules.join))
+    error->all(FLERR,
+               "Pair evp/lj, types {} and {}: contact join {} needs an alpha above {:.4g}, as a "
+               "bond that ends at dlim must be apart, got {}: give a smaller distance to join",
+               i, j, rules.join, APART * rules.join, row.alpha);
   return types.handle(i, j, row.alpha);
 }
 
@@ -366,8 +371,8 @@ void PairData::commit(bool at_rest)
   if (at_rest) histories.find_next();
   if (shares_leave && at_rest) volume()->evaluate(lists);
   histories.commit(at_rest, wanted_work(), volume());
-  if (volume() && rules.joins()) volume()->commit_joins(lists);
   if (shares_leave) volume()->commit();
+  if (volume() && rules.joins()) volume()->commit_joins(lists);
 }
 
 // Collective. All MPI ranks agree on what any of them has found in its pairs; warns of overlaps, and again when there are

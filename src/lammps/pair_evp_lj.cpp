@@ -25,7 +25,6 @@ using scene::rows;
 static constexpr size_t LONGEST_LINE = 254;       // that read_data takes
 static constexpr double RESTART_FORMAT = 2003;    // first word of our section in restart files
 static constexpr double LONGEST_ID = 1000;
-static constexpr double LARGEST_JOIN = 1.4;    // below alpha over APART
 
 namespace {
 
@@ -89,7 +88,8 @@ void PairEVPLJ::allocate()
   coefficients.resize(atom->ntypes);
 }
 
-// pair_style evp/lj [contact literal|repulsive|none|join [BETA]] [overlap 0.3] [plasticity none|isotropic] [break none|XI]
+// pair_style evp/lj [contact literal|repulsive|none|join [BETA]] [overlap 0.3] [plasticity none|isotropic]
+//   [break none|XI]
 void PairEVPLJ::settings(int narg, char **arg)
 {
   for (int k = 0; k < narg; k += 2)
@@ -100,14 +100,16 @@ void PairEVPLJ::settings(int narg, char **arg)
   PairRules chosen;
   std::vector<char *> words(arg, arg + narg);
   for (int k = 0; k + 2 < (int) words.size(); k += 2) {    // contact join has a number, or none
-    if (strcmp(words[k], "contact") != 0 || strcmp(words[k + 1], "join") != 0) continue;
-    if (!is_number(words[k + 2], chosen.join)) break;
-    if (!(chosen.join >= 1.0 && chosen.join <= LARGEST_JOIN))
-      error->all(
-          FLERR,
-          "Pair style evp/lj: contact join must have a distance over R_i + R_j from 1 to {}, "
-          "got {}",
-          LARGEST_JOIN, words[k + 2]);
+    double within;
+    if (strcmp(words[k], "contact") != 0 || strcmp(words[k + 1], "join") != 0 ||
+        !is_number(words[k + 2], within))
+      continue;
+    if (!(within >= 1.0))
+      error->all(FLERR,
+                 "Pair style evp/lj: contact join must have a distance over R_i + R_j of 1 or "
+                 "more, got {}",
+                 words[k + 2]);
+    chosen.join = within;
     words.erase(words.begin() + k + 2);
   }
   for_each_keyword(

@@ -61,6 +61,8 @@ FILES = {
 WORDS = {
     "pair_style evp/lj {}": ("style", [
         ("contact sticky", "contact must be literal, repulsive, none or join, got 'sticky'"), ("contact {}", "contact must be literal, repulsive, none or join, got '{}'"),
+        ("contact join", "'contact join' needs 'plasticity isotropic'"), ("contact join 0.9 plasticity isotropic", "a distance over R_i + R_j of 1 or more, got 0.9"),
+        ("contact join 1.45 plasticity isotropic", "contact join 1.45 needs an alpha above 1.522"),
         ("contact", "Pair style evp/lj: keyword contact needs a value"), ("CONTACT none", "unknown keyword 'CONTACT'; it takes contact and overlap"),
         ("overlap nan", f"Pair style evp/lj: overlap {NUMBER} 'nan'"), ("overlap 0", "overlap must lie in (0, 1]"), ("overlap 1.1", "overlap must lie in (0, 1]"),
         ("overlap 0.3 0.4", "unknown keyword '0.4'"), ("unload elastic", "plasticity isotropic"), ("plasticity", "keyword plasticity needs a value"),

@@ -133,13 +133,24 @@ class Run(NamedTuple):
         """Nominal stress [Pa]; nan beyond the last strain."""
         return float(np.interp(strain, self.strain, self.stress, right=math.nan))
 
+    def true_curve(self):
+        """(true strain, true stress [Pa]), as sizes."""
+        factor = 1.0 + self.sign * self.strain
+        return np.abs(np.log(factor)), self.stress * factor
+
     def true_at(self, plastic):
         """True stress [Pa] at plastic strains, nan outside."""
-        factor = 1.0 + self.sign * self.strain
-        true = self.stress * factor
-        own = np.abs(np.log(factor)) - true / self.modulus
-        grows = np.maximum.accumulate(own)
-        return np.interp(plastic, grows, true, left=math.nan, right=math.nan)
+        strain, stress = self.true_curve()
+        grows = np.maximum.accumulate(strain - stress / self.modulus)
+        return np.interp(plastic, grows, stress, left=math.nan, right=math.nan)
+
+    def as_json(self):
+        """A dict that from_json() reads again."""
+        return {name: np.asarray(value).tolist() for name, value in self._asdict().items()}
+
+    @classmethod
+    def from_json(cls, found):
+        return cls(**{name: np.array(value) if isinstance(value, list) else value for name, value in found.items()})
 
 
 def check(targets):
@@ -445,13 +456,12 @@ class Search:
         targets = self.targets
         for attempt, finer in enumerate(SMALLER):
             def make():
-                found = load(self.body, typed(self.body, material), material.row.xi_s, targets.end(way), targets.yield_strain + YIELD_OFFSET, finer,
-                             self.ranks, self.folder, self.timeout, f"pass {number} of at most {MOST_PASSES}, {way}")
-                return {name: np.asarray(value).tolist() for name, value in found._asdict().items()}
+                return load(self.body, typed(self.body, material), material.row.xi_s, targets.end(way), targets.yield_strain + YIELD_OFFSET, finer,
+                            self.ranks, self.folder, self.timeout, f"pass {number} of at most {MOST_PASSES}, {way}").as_json()
 
             record = self.kept({"kind": way, "number": number, "attempt": attempt, "material": material}, {"increments": finer}, make)
             if record["state"] == "done":
-                return Run(**{name: np.array(value) if isinstance(value, list) else value for name, value in record["found"].items()})
+                return Run.from_json(record["found"])
             more = SMALLER[attempt + 1 :]
             self.say(f"pass {number}, {way}, failed: {record['reason']}" + (f"; again with {more[0]:g} of the increments" if more else ""))
         raise ValueError(f"pass {number}, {way}, failed {len(SMALLER)} times, last: {record['reason']}; the run table is {self.table.path}")
@@ -544,18 +554,17 @@ def draw(name, targets, result, path):
         for axis, (last, title) in zip(axes, ((near, "around yield"), (true[-1], "all of it"))):
             axis.plot(100.0 * true, curve, color="black", linewidth=1.2, label="flow curve")
             for k, (way, run) in enumerate(result.runs.items(), start=1):
-                factor = 1.0 + run.sign * run.strain
-                axis.plot(100.0 * np.abs(np.log(factor)), run.stress * factor / 1e6, label=f"row {name}, {way}", **figures.line_style(k))
+                strain, stress = run.true_curve()
+                axis.plot(100.0 * strain, stress / 1e6, label=f"row {name}, {way}", **figures.line_style(k))
             axis.set(xlim=(0, 100.0 * last), ylim=(0, 1.15 * float(np.interp(last, true, curve))), xlabel="true strain [%]", title=title)
         axes[0].set_ylabel("true stress [MPa]")
         axes[0].legend(loc="lower right")
         for k, (way, run) in enumerate(result.runs.items(), start=1):
-            factor = 1.0 + run.sign * run.strain
-            size = np.abs(np.log(factor))
-            off = 100.0 * (run.stress * factor / np.maximum(targets.curve.true_stress(size, targets.modulus), 1.0) - 1.0)
-            beyond = size > targets.yield_strain
-            axes[2].plot(100.0 * size[beyond], off[beyond], **figures.line_style(k))
-            rows += [(way, f"{100.0 * a:.6g}", f"{b:.6g}") for a, b in zip(size, run.stress * factor / 1e6)]
+            strain, stress = run.true_curve()
+            beyond = strain > targets.yield_strain
+            off = stress[beyond] / targets.curve.true_stress(strain[beyond], targets.modulus) - 1.0
+            axes[2].plot(100.0 * strain[beyond], 100.0 * off, **figures.line_style(k))
+            rows += [(way, f"{100.0 * a:.6g}", f"{b:.6g}") for a, b in zip(strain, stress / 1e6)]
         axes[2].axhline(0.0, color="#555555", linewidth=1.0)
         axes[2].set(xlim=(0, 100.0 * true[-1]), ylim=(-20, 20), xlabel="true strain [%]", title="row over flow curve - 1 [%]")
         figure.tight_layout()

@@ -16,7 +16,7 @@ FAR = 2.0  # plastic strain to which a curve is continued
 
 
 class FlowCurve(NamedTuple):
-    """Plastic strains from 0 on and true stresses [Pa], straight between them; beyond the last the last slope, which does not fall. end: the largest
+    """Two or more plastic strains from 0 on and true stresses [Pa], straight between them; beyond the last the last slope, which does not fall. end: the largest
     plastic strain that is known."""
 
     plastic: np.ndarray
@@ -25,7 +25,7 @@ class FlowCurve(NamedTuple):
 
     def at(self, plastic):
         """True stress [Pa]."""
-        slope = max(0.0, (self.stress[-1] - self.stress[-2]) / (self.plastic[-1] - self.plastic[-2])) if len(self.plastic) > 1 else 0.0
+        slope = max(0.0, (self.stress[-1] - self.stress[-2]) / (self.plastic[-1] - self.plastic[-2]))
         return np.interp(plastic, self.plastic, self.stress) + slope * np.maximum(0.0, np.asarray(plastic) - self.plastic[-1])
 
     def true_stress(self, strains, modulus):
