@@ -114,8 +114,8 @@ class BondStore {
   /// Bonds that have begun since the recording, counted likewise.
   int64_t begun() const { return nbegun; }
 
-  /// By which PairRules::join it was found what keeps pairs from joining; 0: by none.
-  double joins_within = 0.0;
+  /// By which PairRules::join it was found what keeps pairs from joining; within 0: by none.
+  JoinRule joins_by;
 
   /// Of all atoms at the recording: atoms that came later have higher IDs.
   int64_t highest_id() const { return highest; }
@@ -150,7 +150,7 @@ class BondStore {
     spheres.clear();
     remembered.clear();
     nended = nbegun = 0;
-    joins_within = 0.0;
+    joins_by = {};
     grow((int) bonds.size());
     changed();
   }
@@ -198,7 +198,8 @@ class BondStore {
       spheres[i] = {0.0, 0.0, 0.0, n, n};
       remembered[i].clear();
     }
-    reaches = joins_within = 0.0;
+    reaches = 0.0;
+    joins_by = {};
     restore(true, npairs_in, highest_in, 0, 0);
   }
 
@@ -239,6 +240,26 @@ class BondStore {
     for (const Remembered &one : remembered[i])
       if (one.partner == partner) return &one;
     return nullptr;
+  }
+
+  /// More bonds of local atom i, which may be new: as if they had been recorded with the others.
+  void add(int i, int64_t id, const Bonds &more)
+  {
+    Bonds &own = bonds[i];
+    recorded_as[i] = id;
+    own.insert(own.end(), more.begin(), more.end());
+    std::sort(own.begin(), own.end(), precedes);
+    if (!with_history) return;
+    spheres[i].bonds += (double) more.size();
+    spheres[i].recorded += (double) more.size();
+  }
+
+  /// After these, over all MPI ranks: how many more pairs, and the highest ID now.
+  void note_added(int64_t npairs_more, int64_t highest_now)
+  {
+    npairs += npairs_more;
+    highest = highest_now;
+    changed();
   }
 
   /// deq of a bond of atom i has moved, or it may have ended since.

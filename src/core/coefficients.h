@@ -145,6 +145,9 @@ class Coefficients {
   int undamped(int index) const { return index + 2 * n * n; }
   int between_bodies(int index) const { return index + n * n; }
 
+  /// That of a bond whose contact has this one.
+  int within_body(int index) const { return index - index / (n * n) % 2 * (n * n); }
+
   /// As the row of a law has it, also between two bodies.
   double xi_s(int index) const { return laws[index % (n * n)].xi_s; }
 

@@ -21,6 +21,17 @@ constexpr double APART = 1.05;
 /// has fewer pairs than a plane of the body and would flow first, until the spheres on both sides run into each other.
 constexpr double LIMIT_BETWEEN_BODIES = 0.5;
 
+/// With contact join: pairs that come within this times R_i + R_j become bonds; all: those of two bodies too.
+struct JoinRule {
+  double within = 0.0;
+  bool all = false;
+
+  bool operator==(const JoinRule &other) const
+  {
+    return within == other.within && all == other.all;
+  }
+};
+
 /// Where a pair is at rest, and the distance up to which it acts; nothing where that is 0 [length].
 struct Span {
   double deq, cutoff;
@@ -35,8 +46,7 @@ struct PairRules {
   /// Of eq. 8 bonds break beyond (1 + this) deq; with plasticity where they are stretched and the mean plastic strain of
   /// their spheres has reached this; 0: never.
   double break_strain = 0.0;
-  double join =
-      1.2;    ///< with contact join: pairs that come within this times R_i + R_j become bonds
+  JoinRule join = {1.2, false};    ///< used with contact join
 
   bool joins() const { return contact == Contact::JOIN; }
   bool breaks() const { return break_strain > 0.0; }

@@ -165,7 +165,8 @@ inline Row row_from_text(const std::string &text, const std::string &file, const
 //
 // Words of the header with a number or name each, those that are not needed left out: WITHIN and ZONE as given to fix
 // evp/bonds, CONTACTS for the number of lines of pairs that are no bonds, ENDED for that of bonds that have ended,
-// JOINED for that of bonds that have begun, JOIN for the distance over R_i + R_j by which pairs are inside, SPHERES.
+// JOINED for that of bonds that have begun, JOIN, or JOIN_ALL, for the distance over R_i + R_j by which pairs are inside,
+// SPHERES.
 // Reads in pieces, whatever the size; every refusal is a BadInput that names the line.
 
 /// What the header says beside the units.
@@ -175,7 +176,7 @@ struct BondHeader {
   double zone = 0.0;    ///< up to zone (R_i + R_j) pairs were recorded; 0: up to alpha
   int64_t contacts = 0, ended = 0, spheres = 0;
   int64_t begun = 0;
-  double joins_within = 0.0;    ///< see BondStore
+  JoinRule joins_by = {};    ///< see BondStore
 };
 
 /// One pair: IDs of its atoms, equilibrium distance [length]; its kind, or BOND.
@@ -210,7 +211,9 @@ inline std::string bond_header(const BondHeader &header, const std::string &unit
   if (header.contacts > 0) text += " CONTACTS: " + std::to_string(header.contacts);
   if (header.ended > 0) text += " ENDED: " + std::to_string(header.ended);
   if (header.begun > 0) text += " JOINED: " + std::to_string(header.begun);
-  if (header.joins_within > 0.0) text += " JOIN: " + shortest_text(header.joins_within);
+  if (header.joins_by.within > 0.0)
+    text +=
+        (header.joins_by.all ? " JOIN_ALL: " : " JOIN: ") + shortest_text(header.joins_by.within);
   if (header.spheres > 0) text += " SPHERES: " + std::to_string(header.spheres);
   return text + " UNITS: " + units;
 }
@@ -291,8 +294,8 @@ class BondReader {
       header.ended = parse_whole("ENDED", value, 0);
     else if (word == "JOINED:")
       header.begun = parse_whole("JOINED", value, 0);
-    else if (word == "JOIN:")
-      header.joins_within = parse_number("JOIN", value);
+    else if (word == "JOIN:" || word == "JOIN_ALL:")
+      header.joins_by = {parse_number("JOIN", value), word == "JOIN_ALL:"};
     else if (word == "SPHERES:")
       header.spheres = parse_whole("SPHERES", value, 0);
     else

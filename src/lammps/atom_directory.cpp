@@ -50,14 +50,14 @@ namespace {
 
 }    // namespace
 
-AtomDirectory::AtomDirectory(LAMMPS *lmp, const std::vector<tagint> &ids, const double *limits)
+AtomDirectory::AtomDirectory(LAMMPS *lmp, const std::vector<tagint> &ids, const double *values)
 {
   const Atom *atom = lmp->atom;
   const int me = lmp->comm->me;
   std::vector<Message> messages;
   for (int i = 0; i < atom->nlocal; i++)
     messages.push_back(
-        {atom->tag[i], me, {atom->type[i], atom->radius[i], limits ? limits[i] : 0.0}});
+        {atom->tag[i], me, {atom->type[i], atom->radius[i], values ? values[i] : 0.0}});
   for (const tagint id : ids)
     if (entries.insert({id, {}}).second) messages.push_back({id, me, {}});
 

@@ -16,14 +16,14 @@ class AtomDirectory {
   struct Entry {
     int type;    ///< 0: there is no such atom
     double radius;
-    double limit;    ///< as given, else 0
+    double value;    ///< as given, else 0
   };
   tagint twice = 0;    ///< an ID that two atoms have; the same on all ranks
   std::unordered_map<tagint, Entry> entries;    ///< of the IDs asked for
 
-  /// Collective. ids: those that this rank asks for, which may repeat. limits: of own atoms.
+  /// Collective. ids: those that this rank asks for, which may repeat. values: of own atoms.
   explicit AtomDirectory(LAMMPS *, const std::vector<tagint> &ids = {},
-                         const double *limits = nullptr);
+                         const double *values = nullptr);
 };
 
 }    // namespace EVP

@@ -28,7 +28,7 @@ std::string remedy_of_images(const Fix *fix)
 }
 
 void BondRecording::record_zone(const NeighList *list, double zone_in, const PairData *pair_data,
-                                WithPerAtomComm<Fix> &exchange)
+                                WithPerAtomComm<Fix> &exchange, const BondStore *store)
 {
   zone = zone_in;
   source = zone > 0.0 ? fmt::format("within {} (R_i + R_j)", zone) : "within alpha (R_i + R_j)";
@@ -37,6 +37,11 @@ void BondRecording::record_zone(const NeighList *list, double zone_in, const Pai
   exchange.forward_comm(owner_x);
   PerAtomComm::Values shifts(owner_x.size(), 0.0);    // whole periodic vectors
   exchange.forward_comm_images(shifts, domain->h);
+
+  PerAtomComm::Values takes(owner_x.size(), 1.0);    // one of the pair must be so
+  for (size_t k = 0; store && k < takes.size(); k++)
+    takes[k] = k / 3 < (size_t) atom->nlocal && store->is_new((int) (k / 3));
+  if (store) exchange.forward_comm(takes);
 
   made.resize(atom->nlocal);
   remembered.resize(atom->nlocal);
@@ -52,6 +57,7 @@ void BondRecording::record_zone(const NeighList *list, double zone_in, const Pai
       const int j = list->firstneigh[i][jj] & NEIGHMASK;
       const double alpha = pair_data->alpha_of(atom->type[i], atom->type[j]);
       if (!(mask[j] & fix->groupbit) || alpha == 0.0) continue;
+      if (takes[(size_t) 3 * i] + takes[(size_t) 3 * j] == 0.0) continue;
 
       // from either side the same to the last bit, so that both atoms decide alike: the position of a ghost has
       // round-off, which differs between the images of i and of j
@@ -130,7 +136,7 @@ namespace {
     const bool are_one_body = within == BodyRule::ALL ||
         (within == BodyRule::TYPE && a.type == b.type) ||
         (within == BodyRule::MOLECULE && a.molecule == b.molecule && a.molecule != 0.0);
-    if (line.kind == BondLine::BOND && !are_one_body)
+    if (line.kind == BondLine::BOND && !are_one_body && !(rules.joins() && rules.join.all))
       return fmt::format("its atoms are not of one {0}, but 'within {0}' is in force: give them "
                          "the {0}s that they had when the file was written, or leave 'within' out "
                          "here and WITHIN: in the header",
@@ -165,7 +171,7 @@ void BondRecording::record_file(const std::string &name, const PairRules &rules)
         zone = reader->header.zone;
         ended = reader->header.ended;
         begun = reader->header.begun;
-        joins_within = reader->header.joins_within;
+        joins_by = reader->header.joins_by;
       }
       if (me == 0) state[0] = reader->read(lines, LINES_PER_MESSAGE);
     } catch (const BadInput &bad) {
@@ -177,7 +183,7 @@ void BondRecording::record_file(const std::string &name, const PairRules &rules)
     MPI_Bcast(&zone, 1, MPI_DOUBLE, 0, world);
     MPI_Bcast(&ended, 1, MPI_LMP_BIGINT, 0, world);
     MPI_Bcast(&begun, 1, MPI_LMP_BIGINT, 0, world);
-    MPI_Bcast(&joins_within, 1, MPI_DOUBLE, 0, world);
+    MPI_Bcast(&joins_by, sizeof(joins_by), MPI_BYTE, 0, world);
     if (within == BodyRule::ALL) within = (BodyRule) state[2];
     if (within == BodyRule::MOLECULE) {
       const std::string missing = missing_molecules(lmp);
@@ -271,7 +277,7 @@ void BondRecording::give_to(BondStore &store)
   store.record(made, atom->tag, sides / 2 + ended - begun, highest);
   if (store.has_history()) {
     if (comm->me == 0) store.count(ended, begun);
-    store.joins_within = joins_within;
+    store.joins_by = joins_by;
     for (size_t i = 0; i < remembered.size(); i++) store.remembered_of((int) i) = remembered[i];
   }
   for (const auto &[i, sphere] : spheres) {
@@ -279,6 +285,25 @@ void BondRecording::give_to(BondStore &store)
     if (store.has_history()) store.sphere(i) = {p, work, slip, bonds, recorded};
     if (store.has_volume()) store.volume(i).reference = {{rho, slope}, gap, torn, lost};
   }
+}
+
+void BondRecording::add_to(BondStore &store) const
+{
+  int64_t highest = store.highest_id();
+  std::array<bigint, 2> counts{};    // atoms that are new; sides of pairs
+  for (int i = 0; i < atom->nlocal; i++) {
+    const bool is_new = store.is_new(i) && (atom->mask[i] & fix->groupbit);
+    if (!is_new && made[i].empty()) continue;
+    counts[0] += is_new;
+    counts[1] += (bigint) made[i].size();
+    highest = std::max(highest, (int64_t) atom->tag[i]);
+    store.add(i, atom->tag[i], made[i]);
+  }
+  counts = reduce_all(counts, MPI_SUM, world);
+  store.note_added(counts[1] / 2, reduce_all(highest, MPI_MAX, world));
+  if (comm->me == 0)
+    utils::logmesg(lmp, "fix evp/bonds {}: recorded {} pairs {} of {} new atoms at step {}\n",
+                   fix->id, counts[1] / 2, source, counts[0], update->ntimestep);
 }
 
 void BondRecording::report(const BondStore &store, bool bodies_repel) const

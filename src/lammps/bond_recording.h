@@ -24,15 +24,19 @@ class BondRecording : protected Pointers {
   {
   }
 
-  /// Collective. The pairs of a full neighbor list within zone (R_i + R_j), or within alpha where zone is 0. Throws
-  /// BadInput on all MPI ranks.
-  void record_zone(const NeighList *, double zone, const class PairData *, WithPerAtomComm<Fix> &);
+  /// Collective. The pairs of a full neighbor list within zone (R_i + R_j), or within alpha where zone is 0. store: of a
+  /// body that was recorded before: only pairs with an atom that came after that. Throws BadInput on all MPI ranks.
+  void record_zone(const NeighList *, double zone, const class PairData *, WithPerAtomComm<Fix> &,
+                   const BondStore *store = nullptr);
 
   /// The same of the bonds of a file, which may say what within and zone are.
   void record_file(const std::string &name, const PairRules &);
 
   /// Collective. Cannot fail.
   void give_to(BondStore &);
+
+  /// Collective. Adds the pairs of new atoms, which are in the group, to those that it has.
+  void add_to(BondStore &) const;
 
   /// What users should know of it once it was given. bodies_repel: each other.
   void report(const BondStore &, bool bodies_repel) const;
@@ -46,7 +50,7 @@ class BondRecording : protected Pointers {
   std::vector<std::vector<Remembered>> remembered;    // of each local atom, from a file
   std::vector<std::pair<int, SphereLine>> spheres;
   bigint ended = 0, begun = 0;       // bonds
-  double joins_within = 0.0;         // see BondStore
+  JoinRule joins_by;                 // see BondStore
   std::string source;                // for users
   bigint overlaps = 0, loose = 0;    // pairs of two bodies; atoms of the group without a molecule
   bigint special = 0;                // pairs that special_bonds keeps out of the neighbor list

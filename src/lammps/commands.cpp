@@ -38,7 +38,7 @@ void WriteEVPBonds::command(int narg, char **arg)
       std::array{header.bonds, header.contacts, header.spheres, records.ended(), records.begun()},
       MPI_SUM, world);
   header = {counts[0], records.within, records.zone, counts[1],
-            counts[3], counts[2],      counts[4],    records.joins_within};
+            counts[3], counts[2],      counts[4],    records.joins_by};
   if (comm->me == 0) text = bond_header(header, update->unit_style) + "\n" + text;
 
   const std::string name = utils::star_subst(arg[0], update->ntimestep, 0);

@@ -20,17 +20,23 @@
 using namespace LAMMPS_NS;
 using namespace EVP;
 
-static constexpr double RESTART_FORMAT = 2005;    // first word of our section in restart files
+static constexpr double RESTART_FORMAT = 2006;    // first word of our section in restart files
 
-// fix ID group evp/bonds [zone Z | file FILE] [within type|molecule]
+// fix ID group evp/bonds [zone Z | file FILE] [within type|molecule] [new yes|no] [events FILE]
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
     WithPerAtomComm(lmp, narg, arg), after_restart(modify->nfix_restart_global > 0)
 {
   for_each_keyword(
-      error, who, narg - 3, arg + 3, {"zone", "file", "within"}, " or ",
+      error, who, narg - 3, arg + 3, {"zone", "file", "within", "new", "events"}, " or ",
       [this](const Keyword &word) {
         if (word.is("within")) {
           bonds->within = parse_body_rule(word.value);
+        } else if (word.is("new")) {
+          word.demand(word.value == "yes" || word.value == "no",
+                      "must be yes (atoms that come later get bonds where they come) or no");
+          takes_new = word.value == "yes";
+        } else if (word.is("events")) {
+          events = std::make_unique<EventFile>(this->lmp, word.value);
         } else if (word.is("zone")) {
           zone = word.number();
           word.demand(zone > 1.0,
@@ -81,7 +87,7 @@ void FixEVPBonds::init()
   bonds->keep_history(pair_data->rules.has_history());
   bonds->keep_volume(VolumeForces::find(modify) ||
                      (bonds->has_volume() && scene::find_fix(modify, "evp/volume")));
-  pair_data->histories.begin_run(bonds.get(), this);
+  pair_data->histories.begin_run(bonds.get(), this, events != nullptr);
   set_exchange_room();
 
   if (bonds->within == BodyRule::MOLECULE) {
@@ -103,6 +109,12 @@ void FixEVPBonds::init()
 void FixEVPBonds::check_history() const
 {
   const auto &rules = pair_data->rules;
+  if (events && !rules.has_history())
+    error->all(
+        FLERR,
+        "{}: events are those of bonds that end or begin, which the pair_style in force does "
+        "not have: give it 'plasticity isotropic' or 'break'",
+        who);
   const bool forgets = (!rules.plastic && bonds->has_flowed(atom->nlocal)) ||
       (!rules.has_history() && bonds->ended() > 0);
   if (on_any(forgets, world))
@@ -125,7 +137,10 @@ void FixEVPBonds::check_history() const
 void FixEVPBonds::return_histories()
 {
   if (!bonds->has_history()) return;
-  if (PairData *now = PairData::find(force)) now->return_histories(*bonds);
+  if (PairData *now = PairData::find(force)) {
+    now->return_histories(*bonds);
+    if (events) events->write(now->histories.events);
+  }
   set_exchange_room();
 }
 
@@ -207,7 +222,8 @@ void FixEVPBonds::pre_neighbor()
 void FixEVPBonds::warn_of_new_atoms()
 {
   constexpr bigint WARNED = -2;
-  if (natoms_seen == WARNED || natoms_seen == atom->natoms || bonds->count() == 0) return;
+  if (takes_new || natoms_seen == WARNED || natoms_seen == atom->natoms || bonds->count() == 0)
+    return;
   natoms_seen = atom->natoms;
   const bigint count =
       reduce_all((bigint) bonds->count_new(atom->mask, groupbit, atom->nlocal), MPI_SUM, world);
@@ -216,7 +232,8 @@ void FixEVPBonds::warn_of_new_atoms()
   if (comm->me == 0)
     error->warning(FLERR,
                    "{}: {} atoms of its group came after the bonds were recorded, and have none: "
-                   "create atoms that are to be bonded before the first run (said once)",
+                   "use the keyword 'new yes', or create atoms that are to be bonded before the "
+                   "first run (said once)",
                    who, count);
 }
 
@@ -252,7 +269,39 @@ std::string FixEVPBonds::misplaced_message(int64_t id_found) const
 
 void FixEVPBonds::setup_pre_force(int /*vflag*/)
 {
-  if (!bonds->has_recorded()) record();
+  if (!bonds->has_recorded())
+    record();
+  else if (takes_new)
+    take_new_atoms();
+}
+
+void FixEVPBonds::pre_force(int /*vflag*/)
+{
+  stepping = true;
+  if (takes_new && neighbor->ago == 0) take_new_atoms();
+  pair_data->histories.begin_step();
+}
+
+// before the forces that see them first
+void FixEVPBonds::take_new_atoms()
+{
+  if (!on_any(bonds->count_new(atom->mask, groupbit, atom->nlocal) > 0, world)) return;
+  BondRecording recording(lmp, this, who, bonds->within);
+  stop_at_bad_input(error, who, [&] {
+    record_from_list(recording, bonds.get());
+  });
+  recording.add_to(*bonds);
+  set_exchange_room();
+}
+
+void FixEVPBonds::record_from_list(BondRecording &recording, const BondStore *store)
+{
+  neighbor->build_one(list);
+  recording.record_zone(list, zone, pair_data, *this, store);
+  if (list->copy) return;    // of another one, which has the memory
+  // by LAMMPS itself, whose pages are larger where it was compiled with OpenMP
+  list->ipage->init(neighbor->oneatom, neighbor->pgsize);
+  list->inum = 0;    // nor does LAMMPS count these neighbors
 }
 
 void FixEVPBonds::record()
@@ -264,12 +313,7 @@ void FixEVPBonds::record()
   BondRecording recording(lmp, this, who, bonds->within);
   stop_at_bad_input(error, who, [&] {
     if (!file.empty()) return recording.record_file(file, pair_data->rules);
-    neighbor->build_one(list);
-    recording.record_zone(list, zone, pair_data, *this);
-    if (list->copy) return;    // of another one, which has the memory
-    // by LAMMPS itself, whose pages are larger where it was compiled with OpenMP
-    list->ipage->init(neighbor->oneatom, neighbor->pgsize);
-    list->inum = 0;    // nor does LAMMPS count these neighbors
+    record_from_list(recording, nullptr);
   });
   check_box(pair_data);
   recording.give_to(*bonds);
@@ -343,7 +387,8 @@ void FixEVPBonds::write_restart(FILE *fp)
                                bonds->reaches,
                                bonds->exclusions,
                                count_begun(),
-                               bonds->joins_within};
+                               bonds->joins_by.within,
+                               (double) bonds->joins_by.all};
   const std::vector<double> measures = bonds->measures.words();
   words.insert(words.end(), measures.begin(), measures.end());
   const int size = (int) (words.size() * sizeof(double));
@@ -357,7 +402,7 @@ void FixEVPBonds::restart(char *buf)
 {
   const auto *words = reinterpret_cast<const double *>(buf);
   BondMeasures measures;
-  if (words[0] != RESTART_FORMAT || !measures.unpack(words + 13, atom->ntypes))
+  if (words[0] != RESTART_FORMAT || !measures.unpack(words + 14, atom->ntypes))
     error->all(FLERR,
                "{}: its section of the restart file is damaged, or from a version of this package "
                "that wrote another format",
@@ -369,7 +414,7 @@ void FixEVPBonds::restart(char *buf)
   if (recorded || given == BodyRule::ALL) bonds->within = kept;
   bonds->restore(recorded, (int64_t) words[3], (int64_t) words[4],
                  comm->me == 0 ? (int64_t) words[7] : 0, comm->me == 0 ? (int64_t) words[11] : 0);
-  bonds->joins_within = words[12];
+  bonds->joins_by = {words[12], words[13] != 0.0};
   bonds->keep_volume(words[8] != 0.0);
   bonds->reaches = words[9];
   bonds->exclusions = words[10];

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/bond_store.h"
+#include "event_file.h"
 #include "fix.h"
 #include "pair_data.h"
 #include "per_atom.h"
@@ -9,6 +10,10 @@
 #include <array>
 #include <memory>
 #include <string>
+
+namespace EVP {
+class BondRecording;
+}
 
 namespace LAMMPS_NS {
 
@@ -33,16 +38,12 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
 
   // flow and breaking, see EVP::PairHistories
   void pre_exchange() override { return_histories(); }
-  void pre_force(int) override
-  {
-    stepping = true;
-    pair_data->histories.begin_step();
-  }
+  void pre_force(int) override;
   void end_of_step() override;
   void post_run() override;
 
-  // f_ID: pairs recorded. f_ID[1..5]: past dlim, in the second regime or at their limit, new pairs that interact,
-  // lowest d/(R_i + R_j), ended for good
+  // f_ID: pairs recorded. f_ID[1..6]: past dlim, in the second regime or at their limit, new pairs that interact,
+  // lowest d/(R_i + R_j), ended for good, begun
   double compute_scalar() override { return (double) bonds->count(); }
   double compute_vector(int) override;
 
@@ -73,9 +74,11 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   void return_histories();
 
  private:
-  double zone = 0.0;     // pairs with d <= zone (R_i + R_j) are recorded; 0: alpha of the types
-  std::string file;      // take the records from this file; empty: from the zone
-  bool after_restart;    // a restart file with fixes was read before this fix was defined
+  double zone = 0.0;         // pairs with d <= zone (R_i + R_j) are recorded; 0: alpha of the types
+  std::string file;          // take the records from this file; empty: from the zone
+  bool after_restart;        // a restart file with fixes was read before this fix was defined
+  bool takes_new = false;    // atoms that come later get bonds too
+  std::unique_ptr<EVP::EventFile> events;    // nullptr without
 
   std::shared_ptr<EVP::BondStore> bonds = std::make_shared<EVP::BondStore>();
   std::shared_ptr<const EVP::BondStore> shown = bonds;    // for readers
@@ -90,6 +93,8 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   bigint counted_step = -1;               // step of that, -1 if it must not be used again
 
   void record();
+  void record_from_list(EVP::BondRecording &, const EVP::BondStore *);
+  void take_new_atoms();
   void measure();
   void warn_of_stop(const char *);
   void warn_of_new_atoms();

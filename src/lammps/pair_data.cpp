@@ -234,11 +234,11 @@ double PairData::handle(int i, int j)
   const Row row = types.make(i, j, rules.plastic);
   repack();
   if (row.gamma > 0.0) any_gamma = true;    // fix adapt may have switched it on
-  if (rules.joins() && !(row.alpha > APART * rules.join))
+  if (rules.joins() && !(row.alpha > APART * rules.join.within))
     error->all(FLERR,
                "Pair evp/lj, types {} and {}: contact join {} needs an alpha above {:.4g}, as a "
                "bond that ends at dlim must be apart, got {}: give a smaller distance to join",
-               i, j, rules.join, APART * rules.join, row.alpha);
+               i, j, rules.join.within, APART * rules.join.within, row.alpha);
   return types.handle(i, j, row.alpha);
 }
 
@@ -253,14 +253,16 @@ void PairData::report()
         : damps_implicitly() ? "damping by fix nve/evp"
                              : "damping on";
   line += fmt::format(", contact {}", CONTACTS[(int) rules.contact]);
-  if (rules.joins()) line += fmt::format(" within {} (R_i + R_j)", rules.join);
+  if (rules.joins()) line += fmt::format(" within {} (R_i + R_j)", rules.join.within);
   line += source.has_fix()
       ? fmt::format(", deq of bonds from fix {}", scene::find_fix(modify, "evp/bonds")->id)
       : ", no fix evp/bonds: every pair has deq = R_i + R_j";
   if (within() != BodyRule::ALL)
-    line += fmt::format(" within {} (bodies {})", BODY_RULES[(int) within()],
-                        rules.contact == Contact::NONE ? "do not interact"
-                                                       : "only repel each other, elastically");
+    line +=
+        fmt::format(" within {} (bodies {})", BODY_RULES[(int) within()],
+                    rules.contact == Contact::NONE        ? "do not interact"
+                        : rules.joins() && rules.join.all ? "repel each other, or join"
+                                                          : "only repel each other, elastically");
   if (rules.plastic) line += ", plasticity isotropic";
   if (rules.breaks())
     line += rules.plastic
@@ -324,9 +326,9 @@ bool PairData::pack(const NeighList *neighbors)
   source_version = source.version();
   const PairListBuilder::Found found = builder.build(
       {neighbors, &coefficients, bonds(), rules, within(), any_gamma, implicit_groupbit,
-       rules.joins() && bonds() && bonds()->joins_within != rules.join},
+       rules.joins() && bonds() && !(bonds()->joins_by == rules.join)},
       lists);
-  if (rules.joins() && bonds()) histories.store().joins_within = rules.join;
+  if (rules.joins() && bonds()) histories.store().joins_by = rules.join;
   if (is_first && bonds()) types.check(lists.bonds, volume());
   snapshot.finish();
   histories.note_packing();

@@ -23,7 +23,7 @@ using namespace EVP;
 using scene::rows;
 
 static constexpr size_t LONGEST_LINE = 254;       // that read_data takes
-static constexpr double RESTART_FORMAT = 2003;    // first word of our section in restart files
+static constexpr double RESTART_FORMAT = 2004;    // first word of our section in restart files
 static constexpr double LONGEST_ID = 1000;
 
 namespace {
@@ -88,7 +88,7 @@ void PairEVPLJ::allocate()
   coefficients.resize(atom->ntypes);
 }
 
-// pair_style evp/lj [contact literal|repulsive|none|join [BETA]] [overlap 0.3] [plasticity none|isotropic]
+// pair_style evp/lj [contact literal|repulsive|none|join [BETA] [all]] [overlap 0.3] [plasticity none|isotropic]
 //   [break none|XI]
 void PairEVPLJ::settings(int narg, char **arg)
 {
@@ -99,17 +99,20 @@ void PairEVPLJ::settings(int narg, char **arg)
                  "law, which is reversible) or 'plasticity isotropic' (permanent flow)");
   PairRules chosen;
   std::vector<char *> words(arg, arg + narg);
-  for (int k = 0; k + 2 < (int) words.size(); k += 2) {    // contact join has a number, or none
-    double within;
-    if (strcmp(words[k], "contact") != 0 || strcmp(words[k + 1], "join") != 0 ||
-        !is_number(words[k + 2], within))
-      continue;
-    if (!(within >= 1.0))
-      error->all(FLERR,
-                 "Pair style evp/lj: contact join must have a distance over R_i + R_j of 1 or "
-                 "more, got {}",
-                 words[k + 2]);
-    chosen.join = within;
+  for (int k = 0; k + 2 < (int) words.size(); k += 2) {    // of contact join: a number, and all
+    if (strcmp(words[k], "contact") != 0 || strcmp(words[k + 1], "join") != 0) continue;
+    const auto next = words.begin() + k + 2;
+    if (double within; is_number(*next, within)) {
+      if (!(within >= 1.0))
+        error->all(FLERR,
+                   "Pair style evp/lj: contact join must have a distance over R_i + R_j of 1 or "
+                   "more, got {}",
+                   *next);
+      chosen.join.within = within;
+      words.erase(next);
+    }
+    if (k + 2 == (int) words.size() || strcmp(words[k + 2], "all") != 0) continue;
+    chosen.join.all = true;
     words.erase(words.begin() + k + 2);
   }
   for_each_keyword(
@@ -370,28 +373,25 @@ void PairEVPLJ::write_restart_settings(FILE *fp)
   pair_data.source.update();
   const PairRules &rules = pair_data.rules;
   const std::string &recorder = pair_data.source.recorder;
-  const double words[] = {RESTART_FORMAT,
-                          NMEMBERS,
-                          (double) rules.contact,
-                          rules.overlap,
-                          (double) rules.plastic,
-                          rules.break_strain,
-                          rules.join,
-                          (double) recorder.size()};
+  const double words[] = {
+      RESTART_FORMAT,         NMEMBERS,           (double) rules.contact, rules.overlap,
+      (double) rules.plastic, rules.break_strain, rules.join.within,      (double) recorder.size(),
+      (double) rules.join.all};
   fwrite(words, sizeof(words), 1, fp);
   fwrite(recorder.data(), 1, recorder.size(), fp);
 }
 
 void PairEVPLJ::read_restart_settings(FILE *fp)
 {
-  double words[8];
+  double words[9];
   read_together(fp, words, sizeof(words));
   if (words[0] != RESTART_FORMAT || words[1] != NMEMBERS || !(words[2] >= 0.0) ||
       words[2] >= std::size(CONTACTS) || !(words[7] >= 0.0 && words[7] <= LONGEST_ID))
     error->all(FLERR,
                "Pair evp/lj: the restart file is damaged in the settings, or from a version of "
                "this package that wrote another format");
-  pair_data.rules = {(Contact) (int) words[2], words[3], words[4] != 0.0, words[5], words[6]};
+  pair_data.rules = {
+      (Contact) (int) words[2], words[3], words[4] != 0.0, words[5], {words[6], words[8] != 0.0}};
   pair_data.source.recorder.resize((size_t) words[7]);
   if (words[7] > 0.0) read_together(fp, pair_data.source.recorder.data(), (size_t) words[7]);
   offer_pair_values();

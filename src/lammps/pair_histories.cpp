@@ -7,6 +7,7 @@
 #include "scene.h"
 
 #include "comm.h"
+#include "domain.h"
 #include "irregular.h"
 #include "neighbor.h"
 
@@ -17,14 +18,15 @@ namespace EVP {
 
 static constexpr int EVERY = 10;    // steps, of explicit ones: those of fix nve/evp are longer
 
-void PairHistories::begin_run(BondStore *records_in, PerAtomComm *exchange_in)
+void PairHistories::begin_run(BondStore *records_in, PerAtomComm *exchange_in, bool keeps_events_in)
 {
+  keeps_events = keeps_events_in;
   records = records_in;
   exchange = exchange_in;
   limits_due = false;
   strains.clear();
   ends.strains = nullptr;
-  begins.within = rules.join * rules.join;
+  begins.within = rules.join.within * rules.join.within;
   begins.apart = APART * APART * begins.within;
   every = scene::find_fix(modify, "nve/evp") ? 1 : EVERY;
 }
@@ -172,29 +174,54 @@ void PairHistories::find_next()
 void PairHistories::end_bonds(PairWork *work, VolumeForces *volume)
 {
   if (ends.found.empty()) return;
-  PairList &contacts = lists.contacts;
   for (size_t n = 0; n < ends.found.size(); n++) {
     const int k = ends.found[n], i = lists.bonds.owner_of(k);
     const PackedPair bond = lists.bonds.pair(k);
     const double d = bond.up_to_cutoff(ends.squared_distances[n]);
     const Span left = rules.of_ended(atom->radius[i] + atom->radius[bond.j], d);
     journal.push_back({i, bond.j, atom->tag[bond.j], left.deq, PairEvent::ENDED});
+    const double dlim =
+        coefficients.law(bond.law).row.alpha * (atom->radius[i] + atom->radius[bond.j]);
+    note_event(i, bond.j, atom->tag[bond.j],
+               d < dlim * (1.0 - BOND_MARGIN) ? BondEvent::FAILED : BondEvent::AT_DLIM);
     if (rules.plastic) sums.add(i, bond.j, lists.nreact, FlowSums::ENDED, 1.0);
     if (work)
       work->end(coefficients.law(bond.law).state(d * bond.inv_deq, bond).stored,
                 rank_share(bond.j, lists.nreact));
     if (volume) volume->pair_leaves(lists, i, bond.j, 1.0 / lists.bonds.inv_dlim[k]);
-    if (left.cutoff == 0.0) continue;
-    demand_room(contacts, 1, error);
-    contacts.set(contacts.size(), bond.j, left.deq, left.cutoff, bond.law);
-    if (rules.plastic) contacts.limit[contacts.size()] = bond.limit;
-    contacts.add_row(i, 1);
-    if (contacts.joins && !(d > APART * rules.join * left.cutoff))
-      contacts.join.back() = PairList::NOT_BEFORE_APART;
+    if (left.cutoff > 0.0) add_contact(i, bond, d, left);
   }
   lists.bonds.remove(ends.found);
   ends.clear();
   lists.build++;
+}
+
+// of own atom i and j; of one whose partner is far j is i
+void PairHistories::note_event(int i, int j, tagint partner, BondEvent::Why why)
+{
+  if (!keeps_events) return;
+  const tagint own = atom->tag[i];
+  BondEvent event = {update->ntimestep, why, std::min(own, partner), std::max(own, partner), {}};
+  ((Vector(atom->x[i]) + Vector(atom->x[j])) * 0.5).store(event.place);
+  domain->remap(event.place);
+  events.push_back(event);
+}
+
+// what is left of a bond that ended at d, as the next packing finds it
+void PairHistories::add_contact(int i, const PackedPair &bond, double d, const Span &left)
+{
+  PairList &contacts = lists.contacts;
+  const bool divided = rules.plastic && in_different_bodies(atom, records->within, i, bond.j);
+  const int law = divided ? coefficients.between_bodies(bond.law) : bond.law;
+  demand_room(contacts, 1, error);
+  contacts.set(contacts.size(), bond.j, left.deq, left.cutoff, law);
+  if (rules.plastic) contacts.limit[contacts.size()] = limit_of(law, i, limits[bond.j]);
+  contacts.add_row(i, 1);
+  if (!contacts.joins) return;
+  if (divided && !rules.join.all)
+    contacts.join.back() = PairList::NEVER;
+  else if (!(d > APART * rules.join.within * left.cutoff))
+    contacts.join.back() = PairList::NOT_BEFORE_APART;
 }
 
 // likewise. What a contact stores is lost: one that comes from outside has nothing, unless it jumped
@@ -206,16 +233,19 @@ void PairHistories::begin_bonds(PairWork *work, VolumeForces *volume)
     const int k = begins.found[n], i = contacts.owner_of(k);
     const PackedPair contact = contacts.pair(k);
     const double d = std::sqrt(begins.squared_distances[n]);
+    const int law = coefficients.within_body(contact.law);
     const double dlim =
-        coefficients.law(contact.law).row.alpha * (atom->radius[i] + atom->radius[contact.j]);
+        coefficients.law(law).row.alpha * (atom->radius[i] + atom->radius[contact.j]);
     if (work)
       work->end(coefficients.law(contact.law).state(d * contact.inv_deq, contact).stored,
                 rank_share(contact.j, lists.nreact));
     journal.push_back({i, contact.j, atom->tag[contact.j], d, PairEvent::BEGAN});
+    note_event(i, contact.j, atom->tag[contact.j], BondEvent::JOINED);
+    if (d < contact.cut * rules.join.within / APART) jumps++;
     sums.add(i, contact.j, lists.nreact, FlowSums::ENDED, -1.0);
     demand_room(bonds, 1, error);
-    bonds.set(bonds.size(), contact.j, d, dlim, contact.law);
-    bonds.limit[bonds.size()] = contact.limit;
+    bonds.set(bonds.size(), contact.j, d, dlim, law);
+    bonds.limit[bonds.size()] = limit_of(law, i, limits[contact.j]);
     if (volume) {
       bonds.inv_dlim.resize(bonds.size());
       bonds.inv_dlim.push_back(volume->pair_begins(lists, i, contact.j, d, dlim));
@@ -235,6 +265,8 @@ void PairHistories::end_far_bonds(PairWork *work)
     const double sum_radii = atom->radius[bond.i] + bond.radius;
     const double rest = rules.of_ended(sum_radii, bond.cutoff).deq;
     journal.push_back({bond.i, -1, bond.partner, rest, PairEvent::ENDED});
+    note_event(bond.i, bond.i, bond.partner,
+               rules.plastic ? BondEvent::AT_DLIM : BondEvent::FAILED);
     sums.of(bond.i, FlowSums::ENDED) += 1.0;
     sums.of(bond.i, FlowSums::WORK) += 0.5 * bond.state.dissipated;
     if (rules.plastic)
@@ -253,8 +285,22 @@ void PairHistories::return_to(const BondStore &store, VolumeForces *volume)
   if (volume) volume->note_bonds_at_rest(lists);
   if (rules.plastic) add_moves();
   tell_owners();
+  if (rules.joins()) warn_of_jumps();
   journal.clear();
   for (int i = 0; i < lists.nlocal; i++) sums.of(i, FlowSums::ENDED) = 0.0;
+}
+
+// Collective
+void PairHistories::warn_of_jumps()
+{
+  const bigint all = reduce_all(std::exchange(jumps, 0), MPI_SUM, world);
+  if (all == 0 || std::exchange(jumps_told, true) || comm->me) return;
+  error->warning(
+      FLERR,
+      "Pair evp/lj: {} pairs that joined until step {} had come nearer than {:.4g} (R_i + "
+      "R_j) in the step in which they came within {}: what they had stored as a contact "
+      "is lost; use a smaller timestep, or fix dt/evp (said once)",
+      all, update->ntimestep, rules.join.within / APART, rules.join.within);
 }
 
 void PairHistories::apply(const PairEvent &event)
@@ -357,7 +403,7 @@ int64_t PairHistories::find_far()
     const int index = coefficients.index(atom->type[i], partner.type);
     const PairLaw &law = coefficients.law(index);
     const Span span = rules.of_bond(bond.deq, law.row.alpha * (atom->radius[i] + partner.radius));
-    const double limit = rules.plastic ? limit_of(index, i, partner.limit) : 0.0;
+    const double limit = rules.plastic ? limit_of(index, i, partner.value) : 0.0;
     far.push_back(
         {i, (tagint) bond.partner, bond.deq, partner.radius, span.cutoff,
          law.state(span.cutoff / bond.deq, {1.0 / bond.deq, rules.flow_of_bonds(), limit})});

@@ -6,6 +6,7 @@
 #include "core/coefficients.h"
 #include "core/contacts.h"
 #include "core/energy_balance.h"
+#include "event_file.h"
 #include "lammps_names.h"
 #include "pair_types.h"
 #include "volume_forces.h"
@@ -26,7 +27,10 @@ class PairHistories : protected Pointers {
   }
 
   /// At set-up: the records, and an exchange of three values per atom, both of fix evp/bonds.
-  void begin_run(BondStore *, PerAtomComm *);
+  void begin_run(BondStore *, PerAtomComm *, bool keeps_events);
+
+  /// Ends and begins of bonds since someone took them, where they are kept.
+  std::vector<BondEvent> events;
 
   /// Which bonds end, by the forces to come: the force loop fills it. nullptr where none can.
   EndingBonds *ending_to_find()
@@ -140,13 +144,19 @@ class PairHistories : protected Pointers {
   FlowSums sums;
   // of own atoms and ghosts: plastic strains, where bonds end by them; with plasticity how far their bonds hold, see Limit
   std::vector<double> strains, limits;
-  bool due = false, limits_due = false;
+  bool due = false, limits_due = false, keeps_events = false;
+  bigint jumps =
+      0;    // pairs that joined far within the distance where they should, not told of yet
+  bool jumps_told = false;
   int every = 1;    // steps between two updates of the limits
 
   void bring_sums_home();
   void share_limits();
   void move_limits(PairWork *);
   double limit_of(int law, int i, double of_partner) const;
+  void note_event(int i, int j, tagint partner, BondEvent::Why);
+  void warn_of_jumps();
+  void add_contact(int i, const PackedPair &bond, double d, const Span &);
   template <class F> void for_each_limit(F &&);
   void keep_below_limit(PairList &, int i, int n, double before, PairWork *);
   void end_bonds(PairWork *, VolumeForces *);

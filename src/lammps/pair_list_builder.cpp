@@ -101,7 +101,8 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
   const int implicit_bit = input.implicit_groupbit;
   const double closest = std::max(1.0 - rules.overlap, COINCIDENT);
   const bool joins = rules.joins(), looks_first = input.looks_first;
-  const double inside = APART * rules.join;
+  const double inside = APART * rules.join.within;
+  const bool join_all = rules.join.all;
   std::vector<char> &join = lists.contacts.join;
   Room bonds(lists.bonds), contacts(lists.contacts);
 
@@ -141,9 +142,9 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
       if (joins) {
         const bool is_inside = looks_first ? dsq <= inside * inside * sum_radii * sum_radii
                                            : kept && kept->kind == Remembered::INSIDE;
-        join.push_back(divided         ? PairList::NEVER
-                           : is_inside ? PairList::NOT_BEFORE_APART
-                                       : PairList::MAY);
+        join.push_back(divided && !join_all ? PairList::NEVER
+                           : is_inside      ? PairList::NOT_BEFORE_APART
+                                            : PairList::MAY);
       }
       contacts.add(span.deq,
                    divided ? cutoff_squared(span.cutoff, margin_between_bodies)

@@ -11,6 +11,7 @@
 #include "neighbor.h"
 
 #include <cmath>
+#include <limits>
 #include <tuple>
 #include <utility>
 
@@ -42,8 +43,8 @@ void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, BondStore 
   const double reaches = sum_of_reaches(coefficients);
   const bool takes = store->reaches != reaches;
   if (const bigint now = sum_of_partners(); std::exchange(partners, now) != now || takes) {
-    const std::vector<NeighborDensity> rest = at_rest(coefficients);
-    if (takes) set_references(rest);
+    const std::vector<NeighborDensity> rest = at_rest(coefficients, takes);
+    set_references(rest, takes);
     store->reaches = reaches;
     for (int i = 0; i < atom->nlocal; i++) lose_partners(store->volume(i), rest[i]);
   }
@@ -105,6 +106,7 @@ void VolumeForces::lose_partners(VolumeRecord &record, const NeighborDensity &le
 {
   constexpr double ROUND_OFF = 1e-12;
   VolumeReference &reference = record.reference;
+  if (reference.own.slope == 0.0) return;
   const double negligible = ROUND_OFF * reference.own.slope;
   if (std::fabs(record.at_rest.rho - left.rho) <= negligible) return;
   reference.gap = std::max(0.0, reference.gap + (record.at_rest.rho - left.rho));
@@ -133,10 +135,11 @@ double VolumeForces::pair_begins(PairLists &lists, int i, int j, double d, doubl
     lists.unbonded.remove({(int) (at - begin)});
     break;
   }
-  joined.resize(2 * (size_t) lists.nall, 0.0);
+  const Kind kind = are_pair(i, j, false) ? COUNTED : OF_TWO_BODIES;
   const double t = std::max(0.0, 1.0 - d / dlim);
-  joined[2 * (size_t) i] += t * t;
-  if (j < lists.nreact) joined[2 * (size_t) j] += t * t;
+  joined.resize(2 * (size_t) lists.nall, 0.0);
+  joined[2 * (size_t) i + kind] += t * t;
+  if (j < lists.nreact) joined[2 * (size_t) j + kind] += t * t;
   return 1.0 / dlim;
 }
 
@@ -145,10 +148,12 @@ void VolumeForces::commit_joins(const PairLists &lists)
   if (!on_any(!joined.empty(), world)) return;
   joined.resize(2 * (size_t) lists.nall, 0.0);
   exchange.reverse_comm(joined);
-  for (int i = 0; i < lists.nlocal; i++)
-    if (joined[2 * (size_t) i] > 0.0)
-      store->volume(i).reference =
-          VolumeLaw::with(reference(i), density(i), joined[2 * (size_t) i]);
+  for (int i = 0; i < lists.nlocal; i++) {
+    VolumeReference &own = store->volume(i).reference;
+    const double *const share = &joined[2 * (size_t) i];
+    if (share[COUNTED] > 0.0) own = VolumeLaw::with(own, density(i), share[COUNTED]);
+    own.own.rho += share[OF_TWO_BODIES];
+  }
   joined.clear();
 }
 
@@ -158,22 +163,23 @@ void VolumeForces::find_leaving(const PairLists &lists, const std::vector<int> &
 {
   leaving.clear();
   if (!on_any(!ended.empty() || !far.empty(), world)) return;
-  Values shares(densities.size(), 0.0);    // per atom: density now, number of bonds
-  const auto add = [&shares](int i, double share) {
-    shares[2 * (size_t) i] += share;
-    shares[2 * (size_t) i + 1] += 1.0;
+  constexpr double SOME = std::numeric_limits<double>::min();    // tells that one leaves
+  Values shares(densities.size(), 0.0);                          // of densities now, by Kind
+  const auto add = [&](int i, double share, Kind kind) {
+    shares[2 * (size_t) i + kind] += std::max(share, SOME);
   };
-  for (const int i : far) add(i, 0.0);
+  for (const int i : far) add(i, 0.0, COUNTED);
   for (const int k : ended) {
     const int i = lists.bonds.owner_of(k), j = lists.bonds.j[k];
     const double dlim = 1.0 / lists.bonds.inv_dlim[k];
     const double d = std::sqrt(PairGeometry(scene::rows(atom->x), i, j).dsq);
     if (!(dlim > 0.0) || (end_at_dlim && !(d < dlim))) continue;
+    const Kind kind = are_pair(i, j, false) ? COUNTED : OF_TWO_BODIES;
     NeighborDensity now{};
     now.add(d, dlim);
-    add(i, now.rho);
-    if (j < lists.nreact) add(j, now.rho);
-    if (!are_pair(i, j, false)) continue;
+    add(i, now.rho, kind);
+    if (j < lists.nreact) add(j, now.rho, kind);
+    if (kind == OF_TWO_BODIES) continue;
     demand_room(active, 1, error);
     active.set(active.size(), j, dlim, dlim);
     active.add_row(i, 1);
@@ -182,10 +188,11 @@ void VolumeForces::find_leaving(const PairLists &lists, const std::vector<int> &
 
   for (int i = 0; i < lists.nlocal; i++) {
     const double *const share = &shares[2 * (size_t) i];
-    if (share[1] == 0.0 || !has_strain(i)) continue;
-    leaving.push_back({i, VolumeLaw::without(reference(i), density(i), share[0])});
-    densities[2 * (size_t) i] -= share[0];
-    densities[2 * (size_t) i + 1] += share[0];
+    const double all = share[COUNTED] + share[OF_TWO_BODIES];
+    if (all == 0.0 || !has_strain(i)) continue;
+    leaving.push_back({i, VolumeLaw::without(reference(i), density(i), all)});
+    densities[2 * (size_t) i] -= all;
+    densities[2 * (size_t) i + 1] += share[COUNTED];
   }
 }
 
@@ -237,39 +244,51 @@ bigint VolumeForces::sum_of_partners() const
   return reduce_all((bigint) sum, MPI_SUM, world);
 }
 
-// Collective. The densities of the bonds of each atom at their deq, but for those whose partner, on any MPI rank, is gone or
-// has another pair style
-std::vector<NeighborDensity> VolumeForces::at_rest(const Coefficients &coefficients) const
+// Was it recorded after the references were taken? A loose one that has joined since has none, and never counts
+bool VolumeForces::is_new(int i) const
 {
+  return store->volume(i).reference.own.slope == 0.0 && !store->of(i).empty() &&
+      !(store->has_history() && store->sphere(i).recorded == 0.0);
+}
+
+// Collective. The densities of the bonds of each atom at their deq, but for those whose partner, on any MPI rank, is gone,
+// has another pair style, or never counts
+std::vector<NeighborDensity> VolumeForces::at_rest(const Coefficients &coefficients,
+                                                   bool takes) const
+{
+  std::vector<double> counts(atom->nlocal);
+  for (int i = 0; i < atom->nlocal; i++)
+    counts[i] = takes || is_new(i) || store->volume(i).reference.own.slope > 0.0;
   std::vector<tagint> partners;
   for (int i = 0; i < atom->nlocal; i++)
     for (const BondRecord &bond : store->of(i)) partners.push_back((tagint) bond.partner);
-  const AtomDirectory directory(lmp, partners);
+  const AtomDirectory directory(lmp, partners, counts.data());
 
   std::vector<NeighborDensity> sums(atom->nlocal, NeighborDensity{});
   for (int i = 0; i < atom->nlocal; i++)
     for (const BondRecord &bond : store->of(i)) {
       const AtomDirectory::Entry &partner = directory.entries.at((tagint) bond.partner);
-      if (partner.type == 0) continue;
+      if (partner.type == 0 || counts[i] == 0.0 || partner.value == 0.0) continue;
       const double alpha = coefficients.row(atom->type[i], partner.type).alpha;
       if (alpha > 0.0) sums[i].add(bond.deq, reach(alpha) * (atom->radius[i] + partner.radius));
     }
   return sums;
 }
 
-// Where bonds have flowed or ended the bond file says what the references were; a fix that is new takes them for what they
-// are at the deq of now
-void VolumeForces::set_references(const std::vector<NeighborDensity> &rest)
+// Collective. Where bonds have flowed or ended the bond file says what the references were; a fix that is new takes all for
+// what they are at the deq of now. Else only those of atoms that are new
+void VolumeForces::set_references(const std::vector<NeighborDensity> &rest, bool takes)
 {
   std::vector<char> is_known(atom->nlocal, 0);
   bigint unknown = 0;
   for (int i = 0; i < atom->nlocal; i++) {
     VolumeRecord &own = store->volume(i);
-    own.at_rest = rest[i];
-    is_known[i] = store->reaches == 0.0 && own.reference.own.slope > 0.0;    // by a bond file
+    const bool is_of_file = store->reaches == 0.0 && own.reference.own.slope > 0.0;
+    is_known[i] = takes ? is_of_file : !is_new(i);
+    if (takes || !is_known[i]) own.at_rest = rest[i];
     if (is_known[i]) continue;
     own.reference = {rest[i], 0.0, 0.0};
-    unknown += store->has_history() && !store->sphere(i).is_new(store->of(i).size());
+    unknown += takes && store->has_history() && !store->sphere(i).is_new(store->of(i).size());
   }
   set_gaps(is_known);
   unknown = reduce_all(unknown, MPI_SUM, world);

@@ -151,7 +151,8 @@ class VolumeForces : protected Pointers {
   bool end_at_dlim = false;        // then a bond leaves without a share, and no rule is needed
   std::vector<int> far;            // atoms with a bond that breaks at the end of the step
   std::vector<Leaving> leaving;    // as of the last evaluate(), by i
-  Values joined;    // shares of bonds that have just begun, of atoms and ghosts; empty without
+  enum Kind : size_t { COUNTED, OF_TWO_BODIES };    // of pairs before they join and after they end
+  Values joined;    // shares of bonds that have just begun, by Kind; empty without
 
   // what evaluate() found last
   void forget()
@@ -185,12 +186,13 @@ class VolumeForces : protected Pointers {
     return store->zone > 0.0 ? std::min(store->zone, alpha) : alpha;
   }
   double dlim(const Coefficients &, int i, int j, bool is_bond) const;
-  void set_references(const std::vector<NeighborDensity> &rest);
+  void set_references(const std::vector<NeighborDensity> &rest, bool takes);
   void set_gaps(const std::vector<char> &is_known);
   void fill_gaps(const PairLists &, bool at_rest_only);
   static void lose_partners(VolumeRecord &, const NeighborDensity &left);
   void find_leaving(const PairLists &, const std::vector<int> &ended);
-  std::vector<NeighborDensity> at_rest(const Coefficients &) const;
+  std::vector<NeighborDensity> at_rest(const Coefficients &, bool takes) const;
+  bool is_new(int i) const;
   bigint sum_of_partners() const;
   double sum_of_reaches(const Coefficients &) const;
 };

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-2.0-only
+#pragma once
+
+#include "lammps_names.h"
+
+#include <cstdio>
+#include <string>
+#include <vector>
+
+namespace EVP {
+
+/// The end or the beginning of a bond, as an MPI rank has met it.
+struct BondEvent {
+  enum Why : int64_t { JOINED, AT_DLIM, FAILED };
+  static constexpr const char *NAMES[] = {"joined", "dlim", "failed"};    ///< in the file
+
+  bigint step;
+  int64_t why;
+  tagint i, j;        ///< IDs, i < j
+  double place[3];    ///< half way between both spheres, in the box [length]
+};
+
+/// A text file of events, one per line: step i j what x y z.
+class EventFile : protected Pointers {
+ public:
+  /// Begins it anew; stops where it cannot be written.
+  EventFile(LAMMPS *, const std::string &name);
+  ~EventFile() override;
+
+  /// Collective. Appends those of all MPI ranks since the last call, in order, and clears them. What ranks have met twice
+  /// stands there once.
+  void write(std::vector<BondEvent> &);
+
+ private:
+  FILE *file = nullptr;    // on the first rank
+};
+
+}    // namespace EVP
