@@ -3,14 +3,17 @@
 restarts and bond files; a pair that joins and leaves across a rank boundary; what keeps a pair from joining. Against the second writing of the law:
 test_flow_pairs.py."""
 
+import itertools
 import json
 
 import numpy as np
 import pytest
 from evp import law
-from flowing import largest_difference, read_pairs
-from lammps_run import REPOSITORY, run_lammps
-from small_bodies import dump, head, pair, thermo
+from flowing import ROW as FLOWING
+from flowing import SHAKE, largest_difference, read_pairs
+from lammps_run import REPOSITORY, run_lammps, write_data, write_state
+from oracle import metal
+from small_bodies import dump, head, mass_of, pair, thermo
 
 DATA = REPOSITORY / "tests" / "data" / "join"
 REFERENCE = json.loads((DATA / "join_reference.json").read_text(encoding="utf-8"))
@@ -118,8 +121,107 @@ def test_what_is_inside_without_a_bond_joins_once_it_has_been_apart(lmp, zone, a
     assert (table["f_bonds"][-1], table["f_bonds[6]"][-1]) == ((1, 0) if joins is None else (0, int(joins)))
 
 
-def test_two_bodies_do_not_join(lmp):
-    text = head("on", "p p p", TWO.replace("0.006", "0.0095"), skin=0.003).replace("set group all diameter", "set atom 2 type 2\nset group all diameter")
-    text += pair(ROW, "join 1.2 plasticity isotropic", "fix bonds all evp/bonds within type") + "group second id 2\nfix sway second move wiggle -0.003 0 0 4e-7 units box\n"
-    table = lmp(text + "timestep 1e-8\nthermo 40\n" + thermo("f_bonds[6]") + dump(every=10, columns="x") + "run 40\n").ok()
-    assert table.thermo()["f_bonds[6]"][-1] == 0 and min(frame["x"][1] for frame in table.dump("all.dump")) < 0.007
+BODIES = TWO.replace("0.006", "0.0065").replace("set group all diameter", "set atom 2 type 2\nset group all diameter")  # they touch, at 1.05 (R_i + R_j)
+
+
+@pytest.mark.parametrize("rule, amplitude, steps, joined", [("join 1.2", 0.003, 80, 0), ("join 1.2 all", 0.003, 80, 1), ("join all", -0.003, 40, 0), ("join all", -0.003, 120, 1)])
+def test_two_bodies(lmp, rule, amplitude, steps, joined):
+    """Swayed by 3 mm, first apart or first together: they repel, and with `all` join where they come near again."""
+    text = head("on", "p p p", BODIES, skin=0.003) + pair(ROW, f"{rule} plasticity isotropic", "fix bonds all evp/bonds within type") + "group second id 2\n"
+    text += f"fix sway second move wiggle {amplitude} 0 0 8e-7 units box\ntimestep 1e-8\nthermo {steps}\n" + thermo("f_bonds[6] f_bonds[5]")
+    run = lmp(text + dump(every=10, columns="x") + f"run {steps}\n").ok()
+    assert run.thermo()["f_bonds[6]"][-1] == joined and min(frame["x"][1] for frame in run.dump("all.dump")) < 0.005
+
+
+def test_thousand_clusters(lmp, tmp_path):
+    """Three spheres each, some bonded, thrown at one another: the same events as in the second writing, on all ranks and with rare and frequent neighbor lists."""
+    rng = np.random.default_rng(5)
+    centres = np.array(list(itertools.product(range(10), repeat=3)), dtype=float) * 0.05
+    around = np.array([[0.0, 0.0, 0.0], [0.0117, 0.0, 0.0], [0.004, 0.0112, 0.0]])
+    x = (centres[:, None] + around + rng.uniform(-0.0012, 0.0012, (1000, 3, 3))).reshape(-1, 3)
+    v = rng.uniform(-60.0, 60.0, x.shape)
+    weak = FLOWING._replace(e1=2.0, e2=0.075, gamma=0.5)
+    radius = rng.uniform(0.0045, 0.0055, len(x))
+    box = np.array([[-0.04, 0.51]] * 3)
+    near = np.concatenate([np.array([[k, k + 1], [k, k + 2], [k + 1, k + 2]]) for k in range(0, len(x), 3)])
+    gap = np.linalg.norm(x[near[:, 0]] - x[near[:, 1]], axis=1) / (radius[near[:, 0]] + radius[near[:, 1]])
+    bonds = {(a + 1, b + 1): d * (radius[a] + radius[b]) for (a, b), d in zip(near.tolist(), gap.tolist()) if d <= 1.15}
+    own = metal.Metal(x, v, radius, mass_of(radius), weak, bonds, 6e-7, None, None, "join", near, failure=0.4, join=1.2).run(200)
+    assert min(own.joined, own.ended) > 200 and len(own.inside_pairs()) > 30, "control"
+    write_state(tmp_path / "start.dump", x, v, box, np.arange(1, len(x) + 1))
+    write_data(tmp_path / "body.data", x, radius, box)
+    for newton, ranks, skin in (("on", 1, 4e-4), ("off", 2, 4e-3), ("off", 4, 1e-3)):
+        text = head(newton, skin=skin) + pair(weak, "join 1.2 plasticity isotropic break 0.4", "fix bonds all evp/bonds zone 1.15")
+        text += "read_dump start.dump 0 x y z vx vy vz box no replace yes\nreset_timestep 0\nfix move all nve\ntimestep 6e-7\nrun 200\n"
+        found = events(lmp, tmp_path, ranks, text)
+        assert (found.joined, found.ended) == (own.joined, own.ended)
+        assert found.bonds == pytest.approx(own.records(), rel=1e-9) and set(found.inside) == own.inside_pairs()
+
+
+def read_events(path):
+    """[(step, i, j, what)] of an events file, and the places (n,3)."""
+    lines = [line.split() for line in path.read_text(encoding="utf-8").splitlines()[1:]]
+    return [(int(step), int(i), int(j), what) for step, i, j, what, *_ in lines], np.array([[float(word) for word in words[4:]] for words in lines])
+
+
+def test_events(lmp, tmp_path, sheared):
+    """Each end and beginning stands in the file once, with its step, whatever the ranks; the counts agree."""
+    folder, _ = sheared
+    kept = {}
+    for newton, ranks in (("on", 1), ("off", 2), ("off", 4)):
+        text = go_on(folder, "restart", newton).replace("fix bonds all evp/bonds", "fix bonds all evp/bonds events all.events")
+        run = lmp(text.replace("run 1660", thermo("f_bonds[5] f_bonds[6]") + "run 400"), ranks).ok()
+        kept[ranks], places = read_events(tmp_path / "all.events")
+        table = run.thermo()
+        for column, names in (("f_bonds[5]", {"dlim", "failed"}), ("f_bonds[6]", {"joined"})):
+            assert sum(what in names for *_, what in kept[ranks]) == table[column][-1] - table[column][0] > 5
+        assert 4000 < kept[ranks][0][0] and kept[ranks][-1][0] <= 4400 and np.abs(places).max() < 0.1
+    assert kept[1] == kept[2] == kept[4]
+
+
+def test_a_jump_is_told(lmp):
+    """A pair that comes from 1.36 to 1.08 (R_i + R_j) within a step joins there, and one warning says so; slowly it does not."""
+    for steps, told in ((1, 1), (100, 0)):
+        text = head("on", "p p p", TWO.replace("0.006", "0.0096"), skin=0.004) + pair(ROW, "join 1.2 plasticity isotropic", "fix bonds all evp/bonds zone 1.3") + "group second id 2\n"
+        text += f"fix move second move linear {-0.0028 / (steps * 1e-8)} 0 0 units box\ntimestep 1e-8\n" + thermo("f_bonds[6] f_bonds[4]") + f"run {steps}\n"
+        run = lmp(text, 2).ok()
+        assert run.thermo()["f_bonds[6]"][-1] == 1 and run.thermo()["f_bonds[4]"][-1] == pytest.approx(1.08)
+        assert sum("1 pairs that joined until step" in line and "nearer than 1.143" in line for line in run.warnings()) == told
+
+
+NEW = """fix bonds all evp/bonds new yes {within}
+fix volume all evp/volume 500
+fix move all nve
+timestep 3e-7
+run 20
+write_restart before.restart
+region corner block -0.01 -0.003 0 0.03 0 0.03
+lattice sc 0.0105 origin 0.4 0.5 0.5
+create_atoms 1 region corner
+group late id > 36
+set group late diameter 0.01 density 2700
+""" + SHAKE
+
+
+@pytest.mark.parametrize("within", ["", "within type"])
+def test_new_atoms_are_bonded_where_they_come(lmp, tmp_path, small, within):
+    """At the set-up that sees them first, to what is within the zone, deq the distance then; the same on all ranks and after a restart. They carry
+    load and count in the volume energy; without `new yes` one warning says that they are loose."""
+    style = pair(FLOWING, "repulsive plasticity isotropic", "")
+    text = head() + style + NEW.format(within=within) + "run 0\nwrite_evp_bonds first.bonds\n" + dump(every=20) + "compute state all evp/state/atom volume_strain\n"
+    text += "run 20\nvariable n equal f_bonds\nprint \"pairs $n\"\nwrite_evp_bonds end.bonds\nwrite_restart end.restart\n"
+    kept = []
+    for ranks in (1, 2):
+        run = lmp(text, ranks).ok()
+        first, end = read_pairs(tmp_path / "first.bonds"), read_pairs(tmp_path / "end.bonds")
+        kept.append(end)
+    late = run.dump("all.dump")[0]
+    x = dict(zip(late["id"].astype(int).tolist(), late.x))
+    new = {key: deq for key, deq in first.bonds.items() if max(key) > 36}
+    assert len(new) > 20 and all(deq == pytest.approx(np.linalg.norm(x[a] - x[b]), rel=1e-12) for (a, b), deq in new.items())
+    assert {sum(k > 36 for k in key) for key in new} == {1, 2}
+    assert largest_difference(*kept) < 1e-8 and f"pairs {len(first.bonds) + first.ended}" in run.stdout
+    went_on = lmp(head(start="read_restart end.restart") + style + "fix bonds all evp/bonds new yes\nfix volume all evp/volume 500\nrun 0\nwrite_evp_bonds again.bonds\n", 2).ok()
+    assert read_pairs(tmp_path / "again.bonds") == end and not any("bonds" in line for line in went_on.warnings())
+    told = lmp(text.replace("new yes", "new no"), 1).ok().warnings()
+    assert sum("atoms of its group came after the bonds were recorded" in line and "'new yes'" in line for line in told) == 1
