@@ -19,7 +19,7 @@ using namespace EVP;
 
 // in the order of Value
 static const std::vector<std::string> VALUES = {"plastic_work", "plastic_strain", "volume_strain",
-                                                "von_mises", "triaxiality"};
+                                                "von_mises", "triaxiality", "bonds_now"};
 
 // compute ID group evp/state/atom [value ...] [fraction PHI]
 ComputeEVPStateAtom::ComputeEVPStateAtom(LAMMPS *lmp, int narg, char **arg) :
@@ -115,7 +115,7 @@ void ComputeEVPStateAtom::compute_peratom()
       recorded = bonds->has_history() ? bonds->sphere(i).recorded : (double) bonds->of(i).size();
     state[0] = recorded;
     state[1] = recorded > 0.0 ? count[SECOND] / recorded : 0.0;
-    state[2] = recorded > 0.0 ? 1.0 - count[WITHIN] / recorded : 0.0;
+    state[2] = recorded > 0.0 ? std::max(0.0, 1.0 - count[WITHIN] / recorded) : 0.0;
     state[3] = in_group ? count[UNBONDED] : 0.0;
     for (size_t k = 0; k < values.size(); k++)
       state[NCOLUMNS + k] = in_group ? value_of(values[k], i, pair_data) : 0.0;
@@ -147,6 +147,8 @@ double ComputeEVPStateAtom::value_of(Value value, int i, const PairData *pair_da
       return with_history ? bonds->sphere(i).work : 0.0;
     case Value::PLASTIC_STRAIN:
       return with_history ? bonds->sphere(i).p : 0.0;
+    case Value::BONDS_NOW:
+      return sums[(size_t) comm_reverse * i + WITHIN];
     case Value::VOLUME_STRAIN:
       return pair_data->volume() ? pair_data->volume()->strain(i) : 0.0;
     default:
