@@ -290,6 +290,42 @@ def test_ways_that_differ_share_what_they_miss():
     assert change == pytest.approx(np.sqrt(np.mean(np.log(list(factors.values())) ** 2)), rel=1e-6)
 
 
+def sheared(factor):
+    """A Run of shear whose stress is a factor times that of the alloy by von Mises, from where averages begin."""
+    strain = np.linspace(0.1, 2.0 * math.sqrt(3.0), 400)
+    return Run(math.inf, math.nan, math.nan, strain, factor * ALLOY.at(strain / math.sqrt(3.0)) / math.sqrt(3.0), 0.0)
+
+
+def test_shear_decides_beyond_compression():
+    """It gives 20 % more: no change where compression reaches; beyond, the difference of there fades and the rest is taken away."""
+    strain = np.linspace(0.0, 0.4, 2001)
+    targets = Targets(73e9, ALLOY, 2770.0, ways=("compression", "shear"))
+    runs = {"compression": Run(73e9, 0.25, 3e8, strain, ALLOY.nominal(-strain, 73e9), -1.0), "shear": Run.from_json(json.loads(json.dumps(sheared(1.2).as_json())))}
+    aims, _ = calibration.corrected(Aims(73e9, None, targets.places, ALLOY.at(targets.places)), targets, runs)
+    factors = dict(zip(aims.places, aims.stresses / ALLOY.at(aims.places)))
+    assert [factors[place] for place in (0.05, 0.45)] == pytest.approx([1.0] * 2, abs=1e-3)
+    assert [factors[place] for place in (0.7, 1.0, 2.0)] == pytest.approx([1.2 ** (0.45 / place - 1.0) for place in (0.7, 1.0, 2.0)], rel=2e-3)
+    off = targets.residuals(runs)["shear"]
+    assert off == pytest.approx({strain: 0.2 for strain in (0.5, 1.0, 2.0, 3.0)}, abs=1e-3)
+    result = calibration.Result(None, runs, {"shear": {2.0: 0.14, 3.0: 0.16}})
+    assert result.misses() == {"shear": {3.0: 0.16}}
+
+
+@pytest.mark.parametrize("words, is_sheared", [
+    (["--johnson-cook", "265e6", "426e6", "0.34"], True), (["--johnson-cook", "265e6", "426e6", "0.34", "--compression"], False),
+    (["--johnson-cook", "265e6", "426e6", "0.34", "--body", "bar.data"], False), (["--yield", "95e6", "--stress", "150e6@0.05"], False)])
+def test_what_is_sheared(words, is_sheared):
+    options = calibrate.parser().parse_args(["--E", "70e9", "--density", "2700", "--name", "mine", "--out", "my.evp", *words])
+    assert ("shear" in calibrate.targets_of(options).ways) == is_sheared
+
+
+def test_increments_grow():
+    found = calibration.legs(0.003, 0.006, -0.4, 1.0)
+    ends, increments = np.array(found).T
+    assert ends == pytest.approx([-0.0006, -0.0078, -0.015, -0.05, -0.4]) and np.all(np.diff(increments[1:]) > 0.0)
+    assert [end for end, _ in calibration.legs(0.003, 0.006, 0.012, 0.5)] == pytest.approx([0.0006, 0.0078, 0.012])
+
+
 @pytest.mark.parametrize("sign, is_true, column, unit", [(1.0, False, "stress", 1.0), (1.0, True, "stress_MPa", 1e6), (-1.0, False, "stress_MPa", 1e6), (-1.0, True, "stress", 1.0)])
 def test_a_measured_curve(tmp_path, sign, is_true, column, unit):
     """The points of a known curve and its yield stress, from true or nominal values."""

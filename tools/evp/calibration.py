@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Calibration: the row of a metal by its E, Poisson's ratio and flow curve, in tension and compression.
+"""Calibration: the row of a metal by its E, Poisson's ratio and flow curve, in tension, compression and simple shear.
 
 A closed form gives the first row: in a body with Nb/V bonds and N/V particles per volume, the network of bonds has
 the moduli E0 = m1 n1 e1 Nb/(6 V), K = E0/1.5, G = 0.4 E0, and fix evp/volume adds kv N/V to K. Where the body flows its
 true stress is REACH E y, y the limit of its bonds at the plastic strain of the time: the table `flow` has y over xi_s.
 
-Quasi-static runs follow, a pull and a push with each row, whose results a table on disk keeps. Then E, Poisson's ratio and each y are
-multiplied by target/measured, those of y by the mean of both directions. Rows are rounded before they run: the row written is one that
-ran. The over-stress is linear in gamma: a run with gamma and its twin without.
+Quasi-static runs follow, a pull and a push with each row, and a simple shear of a periodic body, whose results a table on disk keeps.
+Then E, Poisson's ratio and each y are multiplied by target/measured, those of y by the mean of tension and compression, and by shear
+beyond the plastic strain where these end. Rows are rounded before they run: the row written is one that ran. The over-stress is linear in gamma: a run with gamma and its twin without.
 """
 
 import fcntl
@@ -47,16 +47,25 @@ WITHIN = 0.005  # of an over-stress
 PLASTIC = (0.0, 0.002, 0.005, 0.01, 0.02, 0.05, 0.08, 0.12, 0.2, 0.3, 0.45, 0.7, 1.0, 1.5, flow.FAR)  # plastic strains of a table
 LEAST_START = 0.7  # of the stress at the next plastic strain: at 0
 WAYS = {"tension": 0.15, "compression": -0.4}  # nominal strain at the end
+SHEARED = "shear"  # a further way, whose strains are shear strains
+SHEAR_FROM = 0.6  # plastic strain: a curve that is known no farther is not sheared, as compression reaches 0.5
+MISES = math.sqrt(3.0)  # shear strain over the plastic strain, and true stress over the shear stress
+SHEAR_STRAINS = (0.5, 1.0, 2.0, 3.0)  # at which residuals are told
+SHEAR_SPHERES = 1000  # of the periodic body
+SMOOTHED, SMOOTHED_ROWS = 0.2, 20  # shear strain over which the shear stress is averaged; its rows
+INERTIA = 0.005  # shear rate times spacing over sqrt(stress/density): between 0.001 and 0.01 the stress is the same within 1 % to a strain of 2.5
+SHEAR_DTFRACTION = 0.8
 STRAINS = (0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4)  # nominal, at which residuals are told
 YIELD = "0.2 % yield"
 MISSES = {"E": 0.02, "nu": 0.03, YIELD: 0.06}  # residuals beyond which a target is missed
-STRESS_MISSES = {0.1: 0.04, 0.3: 0.06, 0.4: 0.1}  # likewise of stresses, to these strains
+STRESS_MISSES = {0.1: 0.04, 0.3: 0.06, 0.4: 0.1, math.inf: 0.15}  # likewise of stresses, to these strains; beyond 0.4 is shear
 SMALLER = (1.0, 0.5, 0.25)  # increments of the attempts at a run
 LENGTH, RADIUS = 0.05, 0.02  # of the cylinder [m]
 RULES = {"plasticity": "isotropic", "contact": "repulsive"}
 ELASTIC = 0.4  # of xi_s: strain of the first leg, whose end gives Poisson's ratio
 OVERSHOOT = 1.1  # grip strain at the end, over the one at which the middle would reach the target in proportion
 FURTHER = 3  # legs at most, where that was not enough
+GRADED = ((0.015, 1e-3), (0.05, 3e-3))  # (strain at the end, increment): the stress lags by the hardening of one increment, which is steep at first
 YIELDED = 1.3  # of the strain at the offset yield stress: end of the second leg
 HEAD = """# UNITS: si CONTRIBUTOR: tools/calibrate.py, which appends the rows
 # NAME e1 m1 n1 e2 m2 n2 xi_s gamma alpha, then spacing [m] and coordination of the body that it was found on, kv [J], density of the solid [kg/m3]
@@ -64,7 +73,7 @@ HEAD = """# UNITS: si CONTRIBUTOR: tools/calibrate.py, which appends the rows
 
 
 class Targets(NamedTuple):
-    """SI. curve: a FlowCurve; nu: None for that of the network; ways: some of WAYS; rates: (over-stress, rate)."""
+    """SI. curve: a FlowCurve; nu: None for that of the network; ways: some of WAYS, then SHEARED or not; rates: (over-stress, rate)."""
 
     modulus: float
     curve: flow.FlowCurve
@@ -85,17 +94,24 @@ class Targets(NamedTuple):
         return np.array(sorted({end, *(place for place in PLASTIC if not 0.8 * end < place < 1.25 * end)}))
 
     def end(self, way):
-        """Nominal strain to which a way goes: of WAYS, or where the curve is known no farther."""
+        """Nominal strain to which a way goes: of WAYS, or where the curve is known no farther. Of SHEARED the shear strain."""
+        if way == SHEARED:
+            return MISES * min(flow.FAR, self.curve.end)
         known = self.curve.nominal_strain(1.02 * self.curve.end + 0.001, self.modulus, math.copysign(1.0, WAYS[way]))  # so that the end is reached
         return math.copysign(min(abs(WAYS[way]), abs(known)), WAYS[way])
 
     def residuals(self, runs):
-        """{way: {what: found/target - 1}} of runs, {way: Run}: under "elastic" E and nu, of each way its 0.2 % yield stress and the stresses at STRAINS."""
+        """{way: {what: found/target - 1}} of runs, {way: Run}: under "elastic" E and nu, of each way its 0.2 % yield stress and the stresses
+        at STRAINS, of SHEARED the stresses at SHEAR_STRAINS."""
         first = next(iter(runs.values()))
         off = {"elastic": {"E": first.modulus / self.modulus - 1.0}}
         if self.nu is not None:
             off["elastic"]["nu"] = first.nu / self.nu - 1.0
         for way, run in runs.items():
+            if way == SHEARED:
+                off[way] = {strain: float(run.true_at(strain / MISES) / self.curve.at(strain / MISES)) - 1.0
+                            for strain in SHEAR_STRAINS if strain <= self.end(way)}
+                continue
             sign = math.copysign(1.0, WAYS[way])
             off[way] = {YIELD: run.offset_yield / self.curve.offset_yield(self.modulus, sign) - 1.0}
             for strain in STRAINS:
@@ -120,7 +136,10 @@ def is_miss(what, value):
 
 
 class Run(NamedTuple):
-    """What one way measured: E [Pa], nu, nominal 0.2 % yield stress [Pa]; strain and stress [Pa], nominal, as sizes; sign: -1 in compression."""
+    """What one way measured: E [Pa], nu, nominal 0.2 % yield stress [Pa]; strain and stress [Pa], nominal, as sizes; sign: -1 in compression.
+
+    Of shear: sign 0, shear strain and shear stress, without elastic part: E is inf, nu and yield stress are nan.
+    """
 
     modulus: float
     nu: float
@@ -134,7 +153,9 @@ class Run(NamedTuple):
         return float(np.interp(strain, self.strain, self.stress, right=math.nan))
 
     def true_curve(self):
-        """(true strain, true stress [Pa]), as sizes."""
+        """(true strain, true stress [Pa]), as sizes; of shear those of von Mises."""
+        if self.sign == 0.0:
+            return self.strain / MISES, self.stress * MISES
         factor = 1.0 + self.sign * self.strain
         return np.abs(np.log(factor)), self.stress * factor
 
@@ -238,6 +259,12 @@ def make_body(folder, count, seed, density, timeout):
     return measure(folder / "body.data")
 
 
+def make_periodic(folder, seed, density, timeout):
+    """Packs the periodic body of shear(), periodic.data in the folder. density: of the solid."""
+    variables = {"n": SHEAR_SPHERES, "shape": "periodic", "length": LENGTH, "seed": seed, "density": f"{density:.9g}", "out": "periodic.data"}
+    call("in.specimen", variables, 1, folder, timeout, f"packing of {SHEAR_SPHERES} spheres without a surface")
+
+
 def given_body(path, folder):
     """The Body of a data file of the user's with its FILE.body, copied into the folder. Errors as of measure()."""
     for end in ("", ".body"):
@@ -262,7 +289,10 @@ def legs(xi_s, yielded, end, finer):
     sign, size = math.copysign(1.0, end), abs(end)
     elastic, yielded = 0.5 * ELASTIC * xi_s, YIELDED * yielded  # the middle may be stretched twice as far as the grips say
     fine, coarse = min(xi_s / 6.0, 3e-4), min(max(4e-3, size / 50.0), size / 12.0)
-    ends = [(elastic, elastic / 4.0), (yielded, fine)] + ([(size, coarse)] if size > yielded * 1.0001 else [])
+    ends = [(elastic, elastic / 4.0), (yielded, fine)]
+    for place, increment in (*GRADED, (math.inf, coarse)):
+        if ends[-1][0] * 1.0001 < min(place, size):
+            ends.append((min(place, size), min(increment, coarse)))
     return [(sign * strain, finer * increment) for strain, increment in ends]
 
 
@@ -316,6 +346,22 @@ def load(body, material, xi_s, end, yielded, finer, ranks, folder, timeout, titl
     if not math.isfinite(offset):
         raise Failed("the curve does not meet the line of the 0.2 % offset")
     return Run(modulus, float(-lateral / axial), offset, strain, stress, sign)
+
+
+def shear(material, targets, finer, ranks, folder, timeout, title):
+    """The Run of a simple shear of the body of make_periodic(), with contact join, averaged over SMOOTHED of strain. Failed or CurveError, with the reason.
+
+    material: the deck's variables that choose it; finer: 1, or less for shorter timesteps.
+    """
+    end = targets.end(SHEARED) + 0.51 * SMOOTHED
+    rate = INERTIA * math.sqrt(float(targets.curve.at(1.0)) / targets.density) / (LENGTH / SHEAR_SPHERES ** (1.0 / 3.0))
+    (folder / "shear.csv").unlink(missing_ok=True)  # of the run before, which would be taken for progress
+    variables = {"specimen": "periodic.data", **material, **RULES, "contact": "join", "strain": f"{end:.9g}", "row": SMOOTHED / SMOOTHED_ROWS,
+                 "rate": f"{rate:.6g}", "dtfraction": SHEAR_DTFRACTION * finer, "out": "shear"}
+    call("in.shear", variables, ranks, folder, timeout, title, lambda: last_strain(folder / "shear.csv") / end)
+    curve, window = curves.read_curve(folder / "shear.csv"), np.full(SMOOTHED_ROWS, 1.0 / SMOOTHED_ROWS)
+    strain, stress = (np.convolve(values, window, "valid") for values in (curve.strain, curve.virial))
+    return Run(math.inf, math.nan, math.nan, strain, stress, 0.0)
 
 
 def read_curve(path, strain="strain_gauge"):
@@ -424,28 +470,29 @@ def material_of(aims, body):
 
 
 def corrected(aims, targets, runs):
-    """(Aims of the next row, how much they change): by target/measured, of stresses the mean of the ways. Where only one way goes on, how far the
-    ways are from their mean fades as 1/plastic strain; before and beyond what they measured the factors are the first and last."""
+    """(Aims of the next row, how much they change): by target/measured, of stresses the mean of tension and compression. Beyond the plastic strain
+    where this ends the way that goes on decides, and at last shear; how far it is from the mean there fades as 1/plastic strain. Before and
+    beyond what they measured the factors are the first and last."""
     first = next(iter(runs.values()))
     modulus = targets.modulus / first.modulus
     nu = 1.0 if aims.nu is None else targets.nu / first.nu
     places = aims.places[1:]
-    measured = np.array([np.log(run.true_at(places) / targets.curve.at(places)) for run in runs.values()])
-    by_all = np.all(np.isfinite(measured), axis=0)
-    known = np.any(np.isfinite(measured), axis=0)
-    last = int(np.flatnonzero(by_all)[-1])
-    apart = (measured - measured.mean(axis=0))[:, last, None] * np.minimum(1.0, places[last] / places)
-    mean = np.where(by_all, measured.mean(axis=0), 0.0)
-    beyond = known & ~by_all & (places > places[last])
-    mean[beyond] = np.nanmean((measured - apart)[:, beyond], axis=0)
-    usable = by_all | beyond
-    factors = np.exp(-np.interp(aims.places, places[usable], mean[usable]))
+    measured = {way: np.log(run.true_at(places) / targets.curve.at(places)) for way, run in runs.items()}
+    off = np.mean([values for way, values in measured.items() if way != SHEARED], axis=0)
+    for values in measured.values():
+        last = int(np.flatnonzero(np.isfinite(off))[-1])
+        off = np.where(places > places[last], values - (values - off)[last] * places[last] / places, off)
+    known = np.isfinite(off)
+    factors = np.exp(-np.interp(aims.places, places[known], off[known]))
     change = max(abs(math.log(modulus)), abs(math.log(nu)), float(np.sqrt(np.mean(np.log(factors) ** 2))))
     return Aims(aims.modulus * modulus, aims.nu and aims.nu * nu, aims.places, aims.stresses * factors), change
 
 
 class Search:
-    """Everything that a calibration needs: targets, body, table; ranks, folder and timeout [s] of the runs; say(text)."""
+    """Everything that a calibration needs: targets, body, table; ranks, folder and timeout [s] of the runs; say(text).
+
+    The folder holds the body, and where the targets ask for shear that of make_periodic().
+    """
 
     def __init__(self, targets, body, table, ranks, folder, timeout, say):
         self.targets, self.body, self.table = targets, body, table
@@ -453,11 +500,13 @@ class Search:
 
     def run(self, number, way, material):
         """The Run of a row one way: from the table, or made. ValueError where every attempt failed."""
-        targets = self.targets
+        targets, title = self.targets, f"pass {number} of at most {MOST_PASSES}, {way}"
         for attempt, finer in enumerate(SMALLER):
             def make():
+                if way == SHEARED:
+                    return shear(typed(self.body, material), targets, finer, self.ranks, self.folder, self.timeout, title).as_json()
                 return load(self.body, typed(self.body, material), material.row.xi_s, targets.end(way), targets.yield_strain + YIELD_OFFSET, finer,
-                            self.ranks, self.folder, self.timeout, f"pass {number} of at most {MOST_PASSES}, {way}").as_json()
+                            self.ranks, self.folder, self.timeout, title).as_json()
 
             record = self.kept({"kind": way, "number": number, "attempt": attempt, "material": material}, {"increments": finer}, make)
             if record["state"] == "done":
@@ -543,12 +592,12 @@ def append(path, lines):
 
 
 def draw(name, targets, result, path):
-    """Writes path (a .png), the flow curve and both ways of the row, and the CSV beside it."""
-    rows, end = [], max(abs(targets.end(way)) for way in targets.ways)
+    """Writes path (a .png), the flow curve and the ways of the row, and the CSV beside it; shear as true stress and strain of von Mises."""
+    rows, end = [], max(float(run.true_curve()[0][-1]) for run in result.runs.values())
     near = 3.0 * (targets.yield_strain + YIELD_OFFSET)
     with figures.plt.rc_context(figures.LOOK):
         figure, axes = figures.plt.subplots(1, 3, figsize=(13.0, 4.2))
-        true = np.linspace(0.0, math.log1p(end) if targets.ways == ("tension",) else -math.log1p(-end), 400)
+        true = np.linspace(0.0, end, 400)
         curve = targets.curve.true_stress(true, targets.modulus) / 1e6
         rows += [("flow curve", f"{100.0 * a:.6g}", f"{b:.6g}") for a, b in zip(true, curve)]
         for axis, (last, title) in zip(axes, ((near, "around yield"), (true[-1], "all of it"))):
