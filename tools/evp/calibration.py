@@ -348,12 +348,13 @@ def load(body, material, xi_s, end, yielded, finer, ranks, folder, timeout, titl
     return Run(modulus, float(-lateral / axial), offset, strain, stress, sign)
 
 
-def shear(material, targets, finer, ranks, folder, timeout, title):
-    """The Run of a simple shear of the body of make_periodic(), with contact join, averaged over SMOOTHED of strain. Failed or CurveError, with the reason.
+def shear(material, targets, end, finer, ranks, folder, timeout, title):
+    """The Run of a simple shear of the body of make_periodic() to the shear strain `end`, with contact join, averaged over SMOOTHED of strain.
+    Failed or CurveError, with the reason.
 
     material: the deck's variables that choose it; finer: 1, or less for shorter timesteps.
     """
-    end = targets.end(SHEARED) + 0.51 * SMOOTHED
+    end += 0.51 * SMOOTHED
     rate = INERTIA * math.sqrt(float(targets.curve.at(1.0)) / targets.density) / (LENGTH / SHEAR_SPHERES ** (1.0 / 3.0))
     (folder / "shear.csv").unlink(missing_ok=True)  # of the run before, which would be taken for progress
     variables = {"specimen": "periodic.data", **material, **RULES, "contact": "join", "strain": f"{end:.9g}", "row": SMOOTHED / SMOOTHED_ROWS,
@@ -504,7 +505,7 @@ class Search:
         for attempt, finer in enumerate(SMALLER):
             def make():
                 if way == SHEARED:
-                    return shear(typed(self.body, material), targets, finer, self.ranks, self.folder, self.timeout, title).as_json()
+                    return shear(typed(self.body, material), targets, targets.end(way), finer, self.ranks, self.folder, self.timeout, title).as_json()
                 return load(self.body, typed(self.body, material), material.row.xi_s, targets.end(way), targets.yield_strain + YIELD_OFFSET, finer,
                             self.ranks, self.folder, self.timeout, title).as_json()
 
