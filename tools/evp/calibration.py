@@ -130,9 +130,9 @@ def name_of(what):
     return what if isinstance(what, str) else f"at {100.0 * what:g} %"
 
 
-def is_miss(what, value):
-    """Whether a residual is told as a miss; one that is not known is."""
-    return not abs(value) <= (MISSES[what] if isinstance(what, str) else next(most for end, most in STRESS_MISSES.items() if what <= end))
+def limit_of(what):
+    """Beyond which a residual is told as a miss."""
+    return MISSES[what] if isinstance(what, str) else next(most for end, most in STRESS_MISSES.items() if what <= end)
 
 
 class Run(NamedTuple):
@@ -441,7 +441,7 @@ class Result(NamedTuple):
 
     def misses(self):
         """{way: {what: residual}} of those that are misses."""
-        missed = {way: {what: value for what, value in off.items() if is_miss(what, value)} for way, off in self.residuals.items()}
+        missed = {way: {what: value for what, value in off.items() if not abs(value) <= limit_of(what)} for way, off in self.residuals.items()}
         return {way: off for way, off in missed.items() if off}
 
     def squares(self):
