@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Calibrates the metals of potentials/metals.evp and writes doc/metals.md: how far each row is from its flow curve, in tension, compression and shear, on other bodies.
+"""Calibrates the metals of potentials/metals.evp and writes doc/metals.md: how far each row is from its flow curve, on other bodies.
 
   metals.py                      everything; runs that --work has already are not repeated
   metals.py --only steel_4340    calibrates these only; the others must be in --work already
   metals.py --large steel_4340   only these on 8000 spheres, too
 
-tools/calibrate.py fits each row. The row is then pulled to a strain of 15 %, pressed by 40 %, pressed by 10 % and released, and sheared to 4, with -var material,
-on bodies that it was not fitted to, of another seed; one of 8000 spheres is pulled and pressed. Writes the potential file, the page, and figures/metals.png with
-its CSV. About three hours on two cores.
+tools/calibrate.py fits each row. On bodies of another seed, with -var material, it is then pulled to a strain of 15 %, pressed by
+40 %, pressed by 10 % and released, and sheared to a strain of 4; a body of 8000 spheres is pulled and pressed. Writes the potential
+file, the page, and figures/metals.png with its CSV. About three hours on two cores.
 """
 
 import json
@@ -28,7 +28,7 @@ SPHERES, SEED = 2000, 1  # of the bodies that rows are fitted to
 OTHER, LARGE = (2000, 2), (8000, 3)  # (spheres, seed) of bodies that they were not fitted to
 SHEAR_STRAINS = (0.4, 1.0, 2.0, 3.0, 4.0)  # at which the shear stress is told
 PRESSED = -0.1  # nominal strain before the release
-# Limits beyond which the page tells a miss; of E, Poisson's ratio and stresses over the flow curve those of calibration.limit_of().
+# Limits beyond which the page tells a miss; others are those of calibration.limit_of().
 ALIKE = {0.02: 0.03, 0.05: 0.05, 0.1: 0.08}  # at nominal strains: compression over tension - 1
 SHEAR_YIELD = 0.06  # over that in tension, times sqrt(3), - 1
 SPRINGBACK = 5e-4  # strain recovered less stress/E
@@ -116,19 +116,23 @@ def loaded(name, spheres, seed, study):
 
 
 def further(name, study):
-    """Of a row on bodies of another seed, kept in --work: {"shear": Run of a simple shear with contact join; "shear yield": its 0.2 % offset yield
-    stress [Pa]; "recovered", "elastic": true strain that a release after PRESSED gives back, and true stress/E of before}."""
+    """Of a row on bodies of another seed, kept in --work: {"shear": Run of a simple shear with contact join; "shear yield": its
+    0.2 % offset yield stress [Pa]; "recovered", "elastic": true strain that a release after PRESSED gives back, and true
+    stress/E of before}."""
     kept, targets = study.work / f"{name}_further.json", targets_of(METALS[name])
     if not kept.exists():
         material, more = {"material": f"{calibrated(name, study)}:{name}"}, (study.ranks, study.work, TIMEOUT)
         calibration.make_periodic(study.work, OTHER[1], targets.density, TIMEOUT)
-        found = {"shear": calibration.shear(material, targets, SHEAR_STRAINS[-1], 1.0, *more, f"{name}, shear").as_json()}
-        calibration.call("in.shear", {"specimen": "periodic.data", **material, "strain": 0.03, "row": 2e-4, "out": "yield"}, *more, f"{name}, shear yield")
+        run = calibration.shear(material, targets, SHEAR_STRAINS[-1], 1.0, *more, f"{name}, shear")
+        found = {"shear": run.as_json()}
+        first = {"specimen": "periodic.data", **material, "strain": 0.03, "row": 2e-4, "out": "yield"}
+        calibration.call("in.shear", first, *more, f"{name}, shear yield")
         curve = curves.read_curve(study.work / "yield.csv")
         strain, stress = curve.strain / MISES, curve.virial * MISES
         found["shear yield"] = curves.yield_stress(strain, stress, curves.modulus(strain, stress)) / MISES
         body = calibration.make_body(study.work, *OTHER, targets.density, TIMEOUT)
-        release = {"specimen": body.path.name, **material, "strain": PRESSED, "cycles": 1, "lower": "release", "increment": 0.004, "out": "release"}
+        release = {"specimen": body.path.name, **material, "strain": PRESSED, "cycles": 1, "lower": "release",
+                   "increment": 0.004, "out": "release"}
         calibration.call("in.quasistatic", release, *more, f"{name}, springback")
         curve = curves.read_curve(study.work / "release.csv", "strain_gauge")
         turn = int(np.argmin(curve.strain))
@@ -140,7 +144,7 @@ def further(name, study):
 
 
 def draw(study, results, more):
-    """A panel for each metal: its flow curve, and true stress in tension, compression and shear of its row on bodies that it was not fitted to."""
+    """A panel for each metal: its flow curve, and true stress in each way of its row on bodies that it was not fitted to."""
     rows = []
     with figures.plt.rc_context(figures.LOOK):
         columns = 3
@@ -175,9 +179,10 @@ def departures(targets, runs, found):
             told[way, what] = value, calibration.limit_of(what)
     for strain, limit in ALIKE.items():
         if all(strain in off.get(way, {}) for way in WAYS):
-            told["compression over tension", strain] = (1.0 + off["compression"][strain]) / (1.0 + off["tension"][strain]) - 1.0, limit
+            tension, compression = (1.0 + off[way][strain] for way in WAYS)
+            told["compression over tension", strain] = compression / tension - 1.0, limit
     if found:
-        told["shear yield stress over that in tension"] = MISES * found["shear yield"] / runs["tension"].offset_yield - 1.0, SHEAR_YIELD
+        told["shear yield stress"] = MISES * found["shear yield"] / runs["tension"].offset_yield - 1.0, SHEAR_YIELD
         for strain in SHEAR_STRAINS:
             value = float(found["shear"].true_at(strain / MISES) / targets.curve.at(strain / MISES)) - 1.0
             told["shear", strain] = value, calibration.limit_of(strain)
@@ -201,8 +206,8 @@ def sentence(what, values):
         return ""
     name = what if isinstance(what, str) else f"{what[0]} {calibration.name_of(what[1])}"
     digits = 2 if what == "springback" else 1
-    return (f"- {name[0].upper()}{name[1:]}: {len(missed)} of {len(values)} are off by more than {100.0 * values[0][1]:g} %, "
-            f"from {100.0 * min(missed):+.{digits}f} to {100.0 * max(missed):+.{digits}f} %.")
+    return (f"- {name[0].upper()}{name[1:]}: {len(missed)} of {len(values)} are off by more than "
+            f"{100.0 * values[0][1]:g} %, from {100.0 * min(missed):+.{digits}f} to {100.0 * max(missed):+.{digits}f} %.")
 
 
 def page(results, more):
@@ -214,15 +219,17 @@ def page(results, more):
             for what, value in told.items():
                 every.setdefault(what, []).append(value)
             alike = [cell(told, ("compression over tension", strain)) for strain in ALIKE]
-            elastic.append((name, *body, cell(told, ("elastic", "E")), cell(told, ("elastic", "nu")), *alike, cell(told, "springback")))
+            of_elastic = [cell(told, ("elastic", what)) for what in ("E", "nu")]
+            elastic.append((name, *body, *of_elastic, *alike, cell(told, "springback")))
             stresses += [(name, *body, way, *(cell(told, (way, what)) for what in (YIELD, *STRAINS))) for way in WAYS]
             if body == OTHER:
-                shear.append((name, cell(told, "shear yield stress over that in tension"), *(cell(told, ("shear", strain)) for strain in SHEAR_STRAINS)))
+                shear.append((name, *(cell(told, what) for what in ("shear yield stress", *(("shear", strain) for strain in SHEAR_STRAINS)))))
     sources = [f"- {name}: E {metal.modulus / 1e9:g} GPa, nu {metal.poisson:g}, {metal.density:g} kg/m3, true stress {metal.law[0] / MPA:.4g} + {metal.law[1] / MPA:.4g} ep^{metal.law[2]:.3g} MPa. "
                f"{metal.source}." for name, metal in METALS.items()]
-    percents = [f"{100.0 * strain:g} %" for strain in STRAINS]
-    return {"count": len(results), "spheres": SPHERES, "sources": "\n".join(sources), "missed": "\n".join(filter(None, (sentence(*one) for one in every.items()))),
-            "elastic": (("row", "spheres", "seed", "E", "nu", *(f"at {100.0 * strain:g} %" for strain in ALIKE), "springback"), elastic),
+    percents, missed = [f"{100.0 * strain:g} %" for strain in STRAINS], filter(None, (sentence(*one) for one in every.items()))
+    alike = [f"at {100.0 * strain:g} %" for strain in ALIKE]
+    return {"count": len(results), "spheres": SPHERES, "sources": "\n".join(sources), "missed": "\n".join(missed),
+            "elastic": (("row", "spheres", "seed", "E", "nu", *alike, "springback"), elastic),
             "stresses": (("row", "spheres", "seed", "", YIELD, *percents), stresses),
             "shear": (("row", YIELD, *(f"{strain:g}" for strain in SHEAR_STRAINS)), shear)}
 
@@ -231,7 +238,8 @@ def main(words=None):
     with Study(__doc__, "metals", only=list(METALS), large=list(METALS), ranks=2).started(words) as study:
         results, more = {}, {}
         for name in study.each(METALS):
-            results[name] = {body: loaded(name, *body, study) for body in (OTHER, LARGE) if body == OTHER or name in study.large}
+            bodies = (OTHER, LARGE) if name in study.large else (OTHER,)
+            results[name] = {body: loaded(name, *body, study) for body in bodies}
             more[name] = further(name, study)
         rows, others = [], [block for block in POTENTIALS.read_text(encoding="utf-8").strip().split("\n\n")[1:] if block.splitlines()[-1].split()[0] not in METALS]
         for name, metal in METALS.items():

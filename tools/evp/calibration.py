@@ -53,7 +53,7 @@ MISES = math.sqrt(3.0)  # shear strain over the plastic strain, and true stress 
 SHEAR_STRAINS = (0.5, 1.0, 2.0, 3.0)  # at which residuals are told
 SHEAR_SPHERES = 1000  # of the periodic body
 SMOOTHED, SMOOTHED_ROWS = 0.2, 20  # shear strain over which the shear stress is averaged; its rows
-INERTIA = 0.005  # shear rate times spacing over sqrt(stress/density): between 0.001 and 0.01 the stress is the same within 1 % to a strain of 2.5
+INERTIA = 0.005  # shear rate times spacing over sqrt(stress/density); 0.001 to 0.01: the same stress within 1 % to a strain of 2.5
 SHEAR_DTFRACTION = 0.8
 STRAINS = (0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4)  # nominal, at which residuals are told
 YIELD = "0.2 % yield"
@@ -65,7 +65,7 @@ RULES = {"plasticity": "isotropic", "contact": "repulsive"}
 ELASTIC = 0.4  # of xi_s: strain of the first leg, whose end gives Poisson's ratio
 OVERSHOOT = 1.1  # grip strain at the end, over the one at which the middle would reach the target in proportion
 FURTHER = 3  # legs at most, where that was not enough
-GRADED = ((0.015, 1e-3), (0.05, 3e-3))  # (strain at the end, increment): the stress lags by the hardening of one increment, which is steep at first
+GRADED = ((0.015, 1e-3), (0.05, 3e-3))  # (strain at the end, increment): the stress lags by the hardening of an increment
 YIELDED = 1.3  # of the strain at the offset yield stress: end of the second leg
 HEAD = """# UNITS: si CONTRIBUTOR: tools/calibrate.py, which appends the rows
 # NAME e1 m1 n1 e2 m2 n2 xi_s gamma alpha, then spacing [m] and coordination of the body that it was found on, kv [J], density of the solid [kg/m3]
@@ -94,7 +94,7 @@ class Targets(NamedTuple):
         return np.array(sorted({end, *(place for place in PLASTIC if not 0.8 * end < place < 1.25 * end)}))
 
     def end(self, way):
-        """Nominal strain to which a way goes: of WAYS, or where the curve is known no farther. Of SHEARED the shear strain."""
+        """Nominal strain to which a way goes, of SHEARED the shear strain: of WAYS, or where the curve is known no farther."""
         if way == SHEARED:
             return MISES * min(flow.FAR, self.curve.end)
         known = self.curve.nominal_strain(1.02 * self.curve.end + 0.001, self.modulus, math.copysign(1.0, WAYS[way]))  # so that the end is reached
@@ -261,7 +261,8 @@ def make_body(folder, count, seed, density, timeout):
 
 def make_periodic(folder, seed, density, timeout):
     """Packs the periodic body of shear(), periodic.data in the folder. density: of the solid."""
-    variables = {"n": SHEAR_SPHERES, "shape": "periodic", "length": LENGTH, "seed": seed, "density": f"{density:.9g}", "out": "periodic.data"}
+    variables = {"n": SHEAR_SPHERES, "shape": "periodic", "length": LENGTH, "seed": seed, "density": f"{density:.9g}",
+                 "out": "periodic.data"}
     call("in.specimen", variables, 1, folder, timeout, f"packing of {SHEAR_SPHERES} spheres without a surface")
 
 
@@ -349,16 +350,16 @@ def load(body, material, xi_s, end, yielded, finer, ranks, folder, timeout, titl
 
 
 def shear(material, targets, end, finer, ranks, folder, timeout, title):
-    """The Run of a simple shear of the body of make_periodic() to the shear strain `end`, with contact join, averaged over SMOOTHED of strain.
-    Failed or CurveError, with the reason.
+    """The Run of a simple shear of the body of make_periodic() to the shear strain `end`, with contact join, averaged over
+    SMOOTHED of strain. Failed or CurveError, with the reason.
 
     material: the deck's variables that choose it; finer: 1, or less for shorter timesteps.
     """
     end += 0.51 * SMOOTHED
     rate = INERTIA * math.sqrt(float(targets.curve.at(1.0)) / targets.density) / (LENGTH / SHEAR_SPHERES ** (1.0 / 3.0))
     (folder / "shear.csv").unlink(missing_ok=True)  # of the run before, which would be taken for progress
-    variables = {"specimen": "periodic.data", **material, **RULES, "contact": "join", "strain": f"{end:.9g}", "row": SMOOTHED / SMOOTHED_ROWS,
-                 "rate": f"{rate:.6g}", "dtfraction": SHEAR_DTFRACTION * finer, "out": "shear"}
+    variables = {"specimen": "periodic.data", **material, **RULES, "contact": "join", "strain": f"{end:.9g}",
+                 "row": SMOOTHED / SMOOTHED_ROWS, "rate": f"{rate:.6g}", "dtfraction": SHEAR_DTFRACTION * finer, "out": "shear"}
     call("in.shear", variables, ranks, folder, timeout, title, lambda: last_strain(folder / "shear.csv") / end)
     curve, window = curves.read_curve(folder / "shear.csv"), np.full(SMOOTHED_ROWS, 1.0 / SMOOTHED_ROWS)
     strain, stress = (np.convolve(values, window, "valid") for values in (curve.strain, curve.virial))
@@ -441,7 +442,8 @@ class Result(NamedTuple):
 
     def misses(self):
         """{way: {what: residual}} of those that are misses."""
-        missed = {way: {what: value for what, value in off.items() if not abs(value) <= limit_of(what)} for way, off in self.residuals.items()}
+        missed = {way: {what: value for what, value in off.items() if not abs(value) <= limit_of(what)}
+                  for way, off in self.residuals.items()}
         return {way: off for way, off in missed.items() if off}
 
     def squares(self):
@@ -471,9 +473,9 @@ def material_of(aims, body):
 
 
 def corrected(aims, targets, runs):
-    """(Aims of the next row, how much they change): by target/measured, of stresses the mean of tension and compression. Beyond the plastic strain
-    where this ends the way that goes on decides, and at last shear; how far it is from the mean there fades as 1/plastic strain. Before and
-    beyond what they measured the factors are the first and last."""
+    """(Aims of the next row, how much they change): by target/measured, of stresses the mean of tension and compression. Beyond
+    the plastic strain where this ends the way that goes on decides, and at last shear; how far it is from the mean there fades as
+    1/plastic strain. Before and beyond what they measured the factors are the first and last."""
     first = next(iter(runs.values()))
     modulus = targets.modulus / first.modulus
     nu = 1.0 if aims.nu is None else targets.nu / first.nu
@@ -505,7 +507,8 @@ class Search:
         for attempt, finer in enumerate(SMALLER):
             def make():
                 if way == SHEARED:
-                    return shear(typed(self.body, material), targets, targets.end(way), finer, self.ranks, self.folder, self.timeout, title).as_json()
+                    return shear(typed(self.body, material), targets, targets.end(way), finer,
+                                 self.ranks, self.folder, self.timeout, title).as_json()
                 return load(self.body, typed(self.body, material), material.row.xi_s, targets.end(way), targets.yield_strain + YIELD_OFFSET, finer,
                             self.ranks, self.folder, self.timeout, title).as_json()
 
@@ -593,7 +596,7 @@ def append(path, lines):
 
 
 def draw(name, targets, result, path):
-    """Writes path (a .png), the flow curve and the ways of the row, and the CSV beside it; shear as true stress and strain of von Mises."""
+    """Writes path (a .png), the flow curve and the ways of the row, and the CSV beside it; shear as of von Mises."""
     rows, end = [], max(float(run.true_curve()[0][-1]) for run in result.runs.values())
     near = 3.0 * (targets.yield_strain + YIELD_OFFSET)
     with figures.plt.rc_context(figures.LOOK):
