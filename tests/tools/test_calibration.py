@@ -29,7 +29,8 @@ def test_closed_form():
     material = calibration.material_of(Aims(73e9, None, targets.places, ALLOY.at(targets.places)), BODY)
     assert network_of(material, BODY) == pytest.approx(73e9, rel=1e-5) and material.kv == 0.0
     places, factors = law.check_flow(material.flow, material.row)
-    assert 1.9 * 73e9 * material.row.xi_s * factors == pytest.approx(ALLOY.at(places), rel=1e-4), "a true stress of 1.9 E y"
+    assert calibration.reach(places) * 73e9 * material.row.xi_s * factors == pytest.approx(ALLOY.at(places), rel=1e-4)
+    assert calibration.reach(0.05) == pytest.approx(2.05), "over E y"
     assert list(places) == list(calibration.PLASTIC) and law.hardening(material.row) > 0.0, "a row for plasticity none, too"
 
 
@@ -269,7 +270,7 @@ def test_search_meets_the_targets(tmp_path, monkeypatch, targets, ways):
     whats = [what for what in result.residuals[ways[-1]] if what != calibration.YIELD and what >= (0.05 if targets.curve is ALLOY else 0.02)]
     means = [np.mean([result.residuals[way].get(what, math.nan) for way in ways]) for what in whats]
     assert result.passes <= 4 and abs(result.residuals["elastic"]["E"]) < 0.005 and len(said) == result.passes
-    assert np.nanmax(np.abs(means)) <= 0.025 and len(whats) == (6 if targets.curve is ALLOY else 1), "what tension and compression miss is opposite"
+    assert np.nanmax(np.abs(means)) <= 0.03 and len(whats) == (6 if targets.curve is ALLOY else 1), "what tension and compression miss is opposite"
     assert (result.material.kv > 0.0) == (targets.nu is not None)
     assert targets.nu is None or abs(result.residuals["elastic"]["nu"]) < 0.02
 
