@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Fits the row of a metal to its E, Poisson's ratio and flow curve, in tension and compression; appends it to a potential file.
+"""Fits the row of a metal to its E, Poisson's ratio and flow curve, in tension, compression and shear; appends it to a potential file.
 
   calibrate.py --E 73e9 --nu 0.33 --johnson-cook 265e6 426e6 0.34 --density 2770 --name al2024 --out my.evp
   calibrate.py --E 69e9 --plastic table.csv ...              a table as in finite elements: plastic_strain, true_stress_MPa
@@ -17,11 +17,12 @@ points are left and the noise. --yield is the 0.2 % offset yield stress, --stres
 are compression, stresses are positive numbers.
 
 Packs a cylinder, pulls it to a strain of 15 % and presses it by 40 %, or as far as the curve is known, quasi-statically, for at most 4 rows, each
-after what the one before missed. The nearest is appended in any case, with its residuals; the exit status is 3 where E is off by
-more than 2 %, the yield stress by 6 %, the stress by 4 % to a strain of 10 %, 6 % to 30 % or 10 % beyond. Also writes FILE.NAME.jsonl, the table of
-runs, and FILE.NAME.png with its CSV: flow curve, both ways of the row, residuals. The same command resumes an interrupted
+after what the one before missed. Where the curve is known beyond a plastic strain of 0.6, and without --tension, --compression and --body, each row is also
+sheared, with *contact join*, to a plastic strain of 2: it holds to there. The nearest is appended in any case, with its residuals; the exit status is 3 where E is off by
+more than 2 %, the yield stress by 6 %, the stress by 4 % to a strain of 10 %, 6 % to 30 %, 10 % at 40 % or 15 % in shear. Also writes FILE.NAME.jsonl, the table of
+runs, and FILE.NAME.png with its CSV: flow curve, the ways of the row, residuals. The same command resumes an interrupted
 calibration; a run that fails is repeated with smaller increments. Use the row with *plasticity isotropic* and *contact repulsive*, for which it is
-fitted. LAMMPS is the lmp of this checkout, or EVP_LMP and EVP_MPIRUN.
+fitted, and with *contact join* beyond a strain of about 0.5. LAMMPS is the lmp of this checkout, or EVP_LMP and EVP_MPIRUN.
 """
 
 import argparse
@@ -105,7 +106,10 @@ def targets_of(options):
     if options.body and options.rate:
         raise ValueError("--rate: not with --body, whose middle may be strained at another rate than its grips; "
                          "take gamma of a calibration without --body")
-    targets = Targets(options.E, curve_of(options), options.density, options.nu, options.ways, tuple(options.rate))
+    curve, ways = curve_of(options), options.ways
+    if len(ways) > 1 and not options.body and curve.end > calibration.SHEAR_FROM:
+        ways = (*ways, calibration.SHEARED)
+    targets = Targets(options.E, curve, options.density, options.nu, ways, tuple(options.rate))
     check(targets)
     return targets
 
@@ -115,8 +119,9 @@ def comments(options, targets, result, over, words):
     lines = ["", f"# {options.name}: row over target - 1"] + [f"#   {way}: {calibration.told(off)}" for way, off in result.residuals.items()]
     for stress, rate in targets.rates:
         lines.append(f"#   over-stress {stress:.6g} Pa at {rate:g}/s ({100.0 * (over * rate / stress - 1.0):+.2f} %)")
-    lines.append(f"#   DATE: {datetime.date.today().isoformat()}, {result.passes} passes of in.quasistatic, plasticity isotropic, contact repulsive, "
-                 + (f"body {options.body.name}" if options.body else f"{options.spheres} spheres, seed {options.seed}") + f", {options.ranks} ranks")
+    sheared = ", of in.shear, contact join" if calibration.SHEARED in targets.ways else ""
+    lines.append(f"#   DATE: {datetime.date.today().isoformat()}, {result.passes} passes of in.quasistatic, plasticity isotropic, contact repulsive"
+                 f"{sheared}, " + (f"body {options.body.name}" if options.body else f"{options.spheres} spheres, seed {options.seed}") + f", {options.ranks} ranks")
     shown = [pathlib.PurePath(word).name if "/" in word and not word.startswith("-") else word for word in words]  # files without their folders
     return [*lines, f"#   by: calibrate.py {shlex.join(shown)}"]
 
@@ -144,6 +149,8 @@ def calibrate(options, words):
                 body = calibration.given_body(options.body, work)
             else:
                 body = calibration.make_body(work, options.spheres, options.seed, targets.density, options.timeout)
+            if calibration.SHEARED in targets.ways:
+                calibration.make_periodic(work, options.seed, targets.density, options.timeout)
             search = calibration.Search(targets, body, table, options.ranks, work, options.timeout, lambda text: print(text, flush=True))
             result = search.result()
             over, material = 0.0, result.material

@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Calibrates the metals of potentials/metals.evp and writes doc/metals.md: how far each row is from its flow curve, in tension and compression, on other bodies.
+"""Calibrates the metals of potentials/metals.evp and writes doc/metals.md: how far each row is from its flow curve, on other bodies.
 
-  metals.py                     everything; runs that --work has already are not repeated
-  metals.py --only steel_4340   calibrates these only; the others must be in --work already
+  metals.py                      everything; runs that --work has already are not repeated
+  metals.py --only steel_4340    calibrates these only; the others must be in --work already
+  metals.py --large steel_4340   only these on 8000 spheres, too
 
-tools/calibrate.py fits each row. The row is then pulled to a strain of 15 % and pressed by 40 % with -var material, on bodies that it was not fitted to,
-one of another seed and one of 8000 spheres. Writes the potential file, the page, and figures/metals.png with its CSV. About two hours on two cores.
+tools/calibrate.py fits each row. On bodies of another seed, with -var material, it is then pulled to a strain of 15 %, pressed by
+40 %, pressed by 10 % and released, and sheared to a strain of 4; a body of 8000 spheres is pulled and pressed. Writes the potential
+file, the page, and figures/metals.png with its CSV. About three hours on two cores.
 """
 
 import json
@@ -16,14 +18,20 @@ from study import CHECKOUT, RunError, Study
 import calibrate
 import numpy as np
 import scipy.optimize
-from evp import calibration, figures, flow, rates
-from evp.calibration import WAYS, Run, Targets
+from evp import calibration, curves, figures, flow, rates
+from evp.calibration import MISES, STRAINS, WAYS, YIELD, Run, Targets
 from evp.curves import YIELD_OFFSET
 
 MPA = 1e6
 POTENTIALS = CHECKOUT / "potentials" / "metals.evp"
 SPHERES, SEED = 2000, 1  # of the bodies that rows are fitted to
-OTHERS = [2000, 8000]  # spheres of bodies that they were not fitted to; the seeds are 2, 3, ...
+OTHER, LARGE = (2000, 2), (8000, 3)  # (spheres, seed) of bodies that they were not fitted to
+SHEAR_STRAINS = (0.4, 1.0, 2.0, 3.0, 4.0)  # at which the shear stress is told
+PRESSED = -0.1  # nominal strain before the release
+# Limits beyond which the page tells a miss; others are those of calibration.limit_of().
+ALIKE = {0.02: 0.03, 0.05: 0.05, 0.1: 0.08}  # at nominal strains: compression over tension - 1
+SHEAR_YIELD = 0.06  # over that in tension, times sqrt(3), - 1
+SPRINGBACK = 5e-4  # strain recovered less stress/E
 TIMEOUT = 3600.0
 BALLISTICS = "Johnson and Cook, 7th Int. Symp. on Ballistics, The Hague, 1983"
 
@@ -59,8 +67,14 @@ METALS = {
     "aluminium_2024T351": Metal("aluminium 2024-T351", 73e9, (265e6, 426e6, 0.34), 2770.0, 0.33, BALLISTICS),
     "aluminium_6061T6": Metal("aluminium 6061-T6", 68.9e9, (324e6, 114e6, 0.42), 2700.0, 0.33,
                               "Lesuer, Kay and LeBlanc, Modeling large-strain, high-rate deformation in metals, UCRL-JC-134118, 2001"),
+    "aluminium_1100O": Metal("pure aluminium, 1100-O", 69e9, (0.0, *from_handbook(34e6, 90e6)), 2710.0, 0.33,
+                             "ASM Handbook vol. 2: 0.2 % yield stress 34 MPa, ultimate stress 90 MPa; power law through both, necking by Considere"),
+    "copper_OFHC": Metal("OFHC copper", 124e9, (90e6, 292e6, 0.31), 8960.0, 0.34, BALLISTICS),
     "copper_taylor": Metal("copper of the Taylor benchmark", 117e9, (400e6, 100e6, 1.0), 8930.0, 0.35,
                            "The usual benchmark of a copper bar of 32.4 x 6.4 mm at 227 m/s: yield 400 MPa, linear hardening 100 MPa"),
+    "brass_70_30": Metal("cartridge brass", 110e9, (112e6, 505e6, 0.42), 8520.0, 0.37, BALLISTICS + "; E and Poisson's ratio of handbooks"),
+    "steel_304": Metal("304 stainless steel, annealed", 193e9, (0.0, *from_handbook(240e6, 580e6)), 7900.0, 0.29,
+                       "ASM Handbook vol. 1, typical values: 0.2 % yield stress 240 MPa, ultimate stress 580 MPa; power law through both, necking by Considere"),
     "steel_4340": Metal("4340 steel", 205e9, (792e6, 510e6, 0.26), 7830.0, 0.29, BALLISTICS + "; E of handbooks"),
     "titanium_6Al4V": Metal("Ti-6Al-4V", 114e9, (1098e6, 1092e6, 0.93), 4430.0, 0.33, "Lesuer, DOT/FAA/AR-00/25, 2000; E and Poisson's ratio of handbooks"),
 }
@@ -101,8 +115,36 @@ def loaded(name, spheres, seed, study):
     return {way: Run.from_json(run) for way, run in json.loads(kept.read_text(encoding="utf-8")).items()}
 
 
-def draw(study, results):
-    """A panel for each metal: its flow curve, and true stress in tension and compression of its row on the first body that it was not fitted to."""
+def further(name, study):
+    """Of a row on bodies of another seed, kept in --work: {"shear": Run of a simple shear with contact join; "shear yield": its
+    0.2 % offset yield stress [Pa]; "recovered", "elastic": true strain that a release after PRESSED gives back, and true
+    stress/E of before}."""
+    kept, targets = study.work / f"{name}_further.json", targets_of(METALS[name])
+    if not kept.exists():
+        material, more = {"material": f"{calibrated(name, study)}:{name}"}, (study.ranks, study.work, TIMEOUT)
+        calibration.make_periodic(study.work, OTHER[1], targets.density, TIMEOUT)
+        run = calibration.shear(material, targets, SHEAR_STRAINS[-1], 1.0, *more, f"{name}, shear")
+        found = {"shear": run.as_json()}
+        first = {"specimen": "periodic.data", **material, "strain": 0.03, "row": 2e-4, "out": "yield"}
+        calibration.call("in.shear", first, *more, f"{name}, shear yield")
+        curve = curves.read_curve(study.work / "yield.csv")
+        strain, stress = curve.strain / MISES, curve.virial * MISES
+        found["shear yield"] = curves.yield_stress(strain, stress, curves.modulus(strain, stress)) / MISES
+        body = calibration.make_body(study.work, *OTHER, targets.density, TIMEOUT)
+        release = {"specimen": body.path.name, **material, "strain": PRESSED, "cycles": 1, "lower": "release",
+                   "increment": 0.004, "out": "release"}
+        calibration.call("in.quasistatic", release, *more, f"{name}, springback")
+        curve = curves.read_curve(study.work / "release.csv", "strain_gauge")
+        turn = int(np.argmin(curve.strain))
+        found["recovered"] = float(np.log1p(curve.strain[-1]) - np.log1p(curve.strain[turn]))
+        found["elastic"] = float(-curve.virial[turn] * (1.0 + curve.strain[turn]) / targets.modulus)
+        kept.write_text(json.dumps(found), encoding="utf-8")
+    found = json.loads(kept.read_text(encoding="utf-8"))
+    return {**found, "shear": Run.from_json(found["shear"])}
+
+
+def draw(study, results, more):
+    """A panel for each metal: its flow curve, and true stress in each way of its row on bodies that it was not fitted to."""
     rows = []
     with figures.plt.rc_context(figures.LOOK):
         columns = 3
@@ -114,8 +156,8 @@ def draw(study, results):
             curve = targets.curve.true_stress(true, metal.modulus) / MPA
             axis.plot(100.0 * true, curve, color="black", linewidth=1.2, label="flow curve")
             rows += [(name, "flow curve", f"{100.0 * a:.6g}", f"{b:.6g}") for a, b in zip(true, curve)]
-            for k, (way, run) in enumerate(next(iter(results[name].values())).items(), start=1):
-                strain, stress = run.true_curve()
+            for k, (way, run) in enumerate({**results[name][OTHER], "shear": more[name]["shear"]}.items(), start=1):
+                strain, stress = (values[run.true_curve()[0] <= true[-1]] for values in run.true_curve())
                 axis.plot(100.0 * strain, stress / MPA, label=f"evp/lj, {way}", **figures.line_style(k))
                 rows += [(name, way, f"{100.0 * a:.6g}", f"{b:.6g}") for a, b in zip(strain, stress / MPA)]
             axis.set(title=metal.title, xlim=(0, None), xlabel="true strain [%]", ylim=(0, None))
@@ -129,32 +171,76 @@ def draw(study, results):
         study.save(figure, ("metal", "curve", "true_strain_percent", "true_stress_MPa"), rows)
 
 
-def page(results):
-    """Values of the page, of {name: {(spheres, seed): {way: Run}}}."""
-    elastic, stresses, missed = [], [], 0
+def departures(targets, runs, found):
+    """{what: (departure, limit)} of a row on a body: runs as of loaded(), found as of further(), or None."""
+    off, told = targets.residuals(runs), {}
+    for way, own in off.items():
+        for what, value in own.items():
+            told[way, what] = value, calibration.limit_of(what)
+    for strain, limit in ALIKE.items():
+        if all(strain in off.get(way, {}) for way in WAYS):
+            tension, compression = (1.0 + off[way][strain] for way in WAYS)
+            told["compression over tension", strain] = compression / tension - 1.0, limit
+    if found:
+        told["shear yield stress"] = MISES * found["shear yield"] / runs["tension"].offset_yield - 1.0, SHEAR_YIELD
+        for strain in SHEAR_STRAINS:
+            value = float(found["shear"].true_at(strain / MISES) / targets.curve.at(strain / MISES)) - 1.0
+            told["shear", strain] = value, calibration.limit_of(strain)
+        told["springback"] = found["recovered"] - found["elastic"], SPRINGBACK
+    return told
+
+
+def cell(told, what):
+    """A departure [%], bold where it is beyond its limit; empty where there is none."""
+    if what not in told:
+        return ""
+    value, limit = told[what]
+    text = f"{100.0 * value:+.{2 if what == 'springback' else 1}f}" if np.isfinite(value) else "-"
+    return text if abs(value) <= limit else f"**{text}**"
+
+
+def sentence(what, values):
+    """What is missed, of (departure, limit) of all rows and bodies; empty where nothing is."""
+    missed = [value for value, limit in values if not abs(value) <= limit]
+    if not missed:
+        return ""
+    name = what if isinstance(what, str) else f"{what[0]} {calibration.name_of(what[1])}"
+    digits = 2 if what == "springback" else 1
+    return (f"- {name[0].upper()}{name[1:]}: {len(missed)} of {len(values)} are off by more than "
+            f"{100.0 * values[0][1]:g} %, from {100.0 * min(missed):+.{digits}f} to {100.0 * max(missed):+.{digits}f} %.")
+
+
+def page(results, more):
+    """Values of the page, of {name: {(spheres, seed): {way: Run}}} and {name: as of further()}."""
+    elastic, stresses, shear, every = [], [], [], {}
     for name, bodies in results.items():
-        targets = targets_of(METALS[name])
-        for (spheres, seed), runs in bodies.items():
-            off = targets.residuals(runs)
-            elastic.append((name, spheres, seed, *(f"{100.0 * off['elastic'][what]:+.1f}" for what in ("E", "nu"))))
-            for way in WAYS:
-                own = off.get(way, {})
-                whats = [calibration.YIELD, *calibration.STRAINS]
-                marked = [what for what in own if calibration.is_miss(what, own[what])]
-                missed += len(marked)
-                texts = {what: f"{100.0 * value:+.1f}" if np.isfinite(value) else "-" for what, value in own.items()}
-                stresses.append((name, spheres, seed, way, *(f"**{texts[what]}**" if what in marked else texts.get(what, "") for what in whats)))
+        for body, runs in bodies.items():
+            told = departures(targets_of(METALS[name]), runs, more[name] if body == OTHER else None)
+            for what, value in told.items():
+                every.setdefault(what, []).append(value)
+            alike = [cell(told, ("compression over tension", strain)) for strain in ALIKE]
+            of_elastic = [cell(told, ("elastic", what)) for what in ("E", "nu")]
+            elastic.append((name, *body, *of_elastic, *alike, cell(told, "springback")))
+            stresses += [(name, *body, way, *(cell(told, (way, what)) for what in (YIELD, *STRAINS))) for way in WAYS]
+            if body == OTHER:
+                shear.append((name, *(cell(told, what) for what in ("shear yield stress", *(("shear", strain) for strain in SHEAR_STRAINS)))))
     sources = [f"- {name}: E {metal.modulus / 1e9:g} GPa, nu {metal.poisson:g}, {metal.density:g} kg/m3, true stress {metal.law[0] / MPA:.4g} + {metal.law[1] / MPA:.4g} ep^{metal.law[2]:.3g} MPa. "
                f"{metal.source}." for name, metal in METALS.items()]
-    count = sum(len([what for what in row[4:] if what]) for row in stresses)
-    return {"count": len(results), "spheres": SPHERES, "sources": "\n".join(sources), "missed": missed, "all": count,
-            "elastic": (("row", "spheres", "seed", "E [%]", "nu [%]"), elastic),
-            "stresses": (("row", "spheres", "seed", "", calibration.YIELD, *(f"{100.0 * strain:g} %" for strain in calibration.STRAINS)), stresses)}
+    percents, missed = [f"{100.0 * strain:g} %" for strain in STRAINS], filter(None, (sentence(*one) for one in every.items()))
+    alike = [f"at {100.0 * strain:g} %" for strain in ALIKE]
+    return {"count": len(results), "spheres": SPHERES, "sources": "\n".join(sources), "missed": "\n".join(missed),
+            "elastic": (("row", "spheres", "seed", "E", "nu", *alike, "springback"), elastic),
+            "stresses": (("row", "spheres", "seed", "", YIELD, *percents), stresses),
+            "shear": (("row", YIELD, *(f"{strain:g}" for strain in SHEAR_STRAINS)), shear)}
 
 
 def main(words=None):
-    with Study(__doc__, "metals", only=list(METALS), spheres=OTHERS, ranks=2).started(words) as study:
-        results = {name: {(spheres, seed): loaded(name, spheres, seed, study) for seed, spheres in enumerate(study.spheres, start=2)} for name in study.each(METALS)}
+    with Study(__doc__, "metals", only=list(METALS), large=list(METALS), ranks=2).started(words) as study:
+        results, more = {}, {}
+        for name in study.each(METALS):
+            bodies = (OTHER, LARGE) if name in study.large else (OTHER,)
+            results[name] = {body: loaded(name, *body, study) for body in bodies}
+            more[name] = further(name, study)
         rows, others = [], [block for block in POTENTIALS.read_text(encoding="utf-8").strip().split("\n\n")[1:] if block.splitlines()[-1].split()[0] not in METALS]
         for name, metal in METALS.items():
             head, mark, rest = (study.work / f"{name}.evp").read_text(encoding="utf-8").partition(f"# {name}:")
@@ -162,8 +248,8 @@ def main(words=None):
             rows += ["", lines[0], f"#   source: {metal.title}: {metal.source}", *lines[1:]]
         rows += [line for block in others for line in ("", *block.splitlines())]
         POTENTIALS.write_text("\n".join([head.rstrip("\n"), *rows, ""]), encoding="utf-8")
-        draw(study, results)
-        study.write(**page(results))
+        draw(study, results, more)
+        study.write(**page(results, more))
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/calibrate.py with lmp on a small body: killed and gone on with, failures on the way, the row in a deck, the walk of the Howto page."""
+"""tools/calibrate.py with lmp on a small body: killed and gone on with, failures on the way, the row in a deck and in shear,
+the walk of the Howto page."""
 
 import json
 import os
@@ -12,7 +13,7 @@ import time
 import doc_blocks
 import numpy as np
 import pytest
-from evp import curves, flow
+from evp import calibration, curves, flow
 from lammps_run import LMP, REPOSITORY, run_lammps
 
 CALIBRATE = REPOSITORY / "tools" / "calibrate.py"
@@ -182,3 +183,16 @@ def test_walk_of_the_howto_page(tmp_path):
     assert again == pytest.approx(modulus, rel=0.01)
     rates = {run["number"]: run["found"] for run in table_of(tmp_path, "mymetal") if run["kind"] == "rate"}
     assert float(found[8]) > 0.0 and rates[max(rates)] - rates[0] == pytest.approx(10e6, rel=0.01)
+
+
+def test_shear_of_a_row(tmp_path, monkeypatch):
+    """A small body with contact join; its stress, averaged over 0.2 of strain, is about that of the metal."""
+    monkeypatch.setenv("EVP_LMP", str(LMP))
+    monkeypatch.setattr(calibration, "SHEAR_SPHERES", 200)
+    alloy = calibration.Targets(73e9, flow.johnson_cook(265e6, 426e6, 0.34), 2770.0)
+    calibration.make_periodic(tmp_path, 1, alloy.density, SECONDS)
+    material = {"material": f"{REPOSITORY / 'potentials' / 'metals.evp'}:aluminium_2024T351"}
+    run = calibration.shear(material, alloy, 0.5, 1.0, 1, tmp_path, SECONDS, "shear")
+    assert (run.strain[0], run.strain[-1]) == pytest.approx((0.1, 0.5), abs=0.012)
+    assert run.stress_at(0.5) == pytest.approx(alloy.curve.at(0.5 / np.sqrt(3.0)) / np.sqrt(3.0), rel=0.2)
+    assert "contact join within 1.2" in (tmp_path / "in.shear.log").read_text(encoding="utf-8")

@@ -104,6 +104,13 @@ def test_rows_divide_the_strain(packed, tmp_path):
     assert float(re.search(r"^mass (\S+)", found.stdout, re.M)[1]) == pytest.approx(8960.0 * EDGE**3, rel=1e-6)
 
 
+def test_distance_of_join(packed, tmp_path):
+    """A choice of two words."""
+    material = f"{DECKS.parent / 'potentials' / 'metals.evp'}:copper_OFHC"
+    _, found = run(packed, tmp_path, rate=100, strain=1e-4, material=material, contact="join 1.1")
+    assert "contact join within 1.1 (R_i + R_j)" in found.stdout
+
+
 def test_rows_hold_the_strain_that_the_forces_saw(packed, tmp_path):
     """A row of one sample: its stress is on the line through the origin of the strain that it holds. Off by one of its timesteps it would not be."""
     choices = {"coeff": "80 8 4 3 8 4 0.5 0 1.5", "rate": 50, "row": 1e-5, "strain": 2e-4}

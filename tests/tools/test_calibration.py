@@ -29,7 +29,8 @@ def test_closed_form():
     material = calibration.material_of(Aims(73e9, None, targets.places, ALLOY.at(targets.places)), BODY)
     assert network_of(material, BODY) == pytest.approx(73e9, rel=1e-5) and material.kv == 0.0
     places, factors = law.check_flow(material.flow, material.row)
-    assert 1.9 * 73e9 * material.row.xi_s * factors == pytest.approx(ALLOY.at(places), rel=1e-4), "a true stress of 1.9 E y"
+    assert calibration.reach(places) * 73e9 * material.row.xi_s * factors == pytest.approx(ALLOY.at(places), rel=1e-4)
+    assert calibration.reach(0.05) == pytest.approx(2.05), "over E y"
     assert list(places) == list(calibration.PLASTIC) and law.hardening(material.row) > 0.0, "a row for plasticity none, too"
 
 
@@ -269,7 +270,7 @@ def test_search_meets_the_targets(tmp_path, monkeypatch, targets, ways):
     whats = [what for what in result.residuals[ways[-1]] if what != calibration.YIELD and what >= (0.05 if targets.curve is ALLOY else 0.02)]
     means = [np.mean([result.residuals[way].get(what, math.nan) for way in ways]) for what in whats]
     assert result.passes <= 4 and abs(result.residuals["elastic"]["E"]) < 0.005 and len(said) == result.passes
-    assert np.nanmax(np.abs(means)) <= 0.025 and len(whats) == (6 if targets.curve is ALLOY else 1), "what tension and compression miss is opposite"
+    assert np.nanmax(np.abs(means)) <= 0.03 and len(whats) == (6 if targets.curve is ALLOY else 1), "what tension and compression miss is opposite"
     assert (result.material.kv > 0.0) == (targets.nu is not None)
     assert targets.nu is None or abs(result.residuals["elastic"]["nu"]) < 0.02
 
@@ -288,6 +289,42 @@ def test_ways_that_differ_share_what_they_miss():
     assert [factors[place] for place in (0.0, 0.05, 0.12)] == pytest.approx([1.0] * 3, abs=1e-3)
     assert [factors[place] for place in (0.3, 0.45, 2.0)] == pytest.approx([1.1 ** (1.0 - 0.12 / place) for place in (0.3, 0.45, 0.45)], rel=1e-3)
     assert change == pytest.approx(np.sqrt(np.mean(np.log(list(factors.values())) ** 2)), rel=1e-6)
+
+
+def sheared(factor):
+    """A Run of shear whose stress is a factor times that of the alloy by von Mises, from where averages begin."""
+    strain = np.linspace(0.1, 2.0 * math.sqrt(3.0), 400)
+    return Run(math.inf, math.nan, math.nan, strain, factor * ALLOY.at(strain / math.sqrt(3.0)) / math.sqrt(3.0), 0.0)
+
+
+def test_shear_decides_beyond_compression():
+    """It gives 20 % more: no change where compression reaches; beyond, the difference of there fades and the rest is taken away."""
+    strain = np.linspace(0.0, 0.4, 2001)
+    targets = Targets(73e9, ALLOY, 2770.0, ways=("compression", "shear"))
+    runs = {"compression": Run(73e9, 0.25, 3e8, strain, ALLOY.nominal(-strain, 73e9), -1.0), "shear": Run.from_json(json.loads(json.dumps(sheared(1.2).as_json())))}
+    aims, _ = calibration.corrected(Aims(73e9, None, targets.places, ALLOY.at(targets.places)), targets, runs)
+    factors = dict(zip(aims.places, aims.stresses / ALLOY.at(aims.places)))
+    assert [factors[place] for place in (0.05, 0.45)] == pytest.approx([1.0] * 2, abs=1e-3)
+    assert [factors[place] for place in (0.7, 1.0, 2.0)] == pytest.approx([1.2 ** (0.45 / place - 1.0) for place in (0.7, 1.0, 2.0)], rel=2e-3)
+    off = targets.residuals(runs)["shear"]
+    assert off == pytest.approx({strain: 0.2 for strain in (0.5, 1.0, 2.0, 3.0)}, abs=1e-3)
+    result = calibration.Result(None, runs, {"shear": {2.0: 0.14, 3.0: 0.16}})
+    assert result.misses() == {"shear": {3.0: 0.16}}
+
+
+@pytest.mark.parametrize("words, is_sheared", [
+    (["--johnson-cook", "265e6", "426e6", "0.34"], True), (["--johnson-cook", "265e6", "426e6", "0.34", "--compression"], False),
+    (["--johnson-cook", "265e6", "426e6", "0.34", "--body", "bar.data"], False), (["--yield", "95e6", "--stress", "150e6@0.05"], False)])
+def test_what_is_sheared(words, is_sheared):
+    options = calibrate.parser().parse_args(["--E", "70e9", "--density", "2700", "--name", "mine", "--out", "my.evp", *words])
+    assert ("shear" in calibrate.targets_of(options).ways) == is_sheared
+
+
+def test_increments_grow():
+    found = calibration.legs(0.003, 0.006, -0.4, 1.0)
+    ends, increments = np.array(found).T
+    assert ends == pytest.approx([-0.0006, -0.0078, -0.015, -0.05, -0.4]) and np.all(np.diff(increments[1:]) > 0.0)
+    assert [end for end, _ in calibration.legs(0.003, 0.006, 0.012, 0.5)] == pytest.approx([0.0006, 0.0078, 0.012])
 
 
 @pytest.mark.parametrize("sign, is_true, column, unit", [(1.0, False, "stress", 1.0), (1.0, True, "stress_MPa", 1e6), (-1.0, False, "stress_MPa", 1e6), (-1.0, True, "stress", 1.0)])

@@ -73,18 +73,25 @@ def test_numbers_of_a_known_run():
 # ---- metals ----
 
 def test_what_is_off_the_flow_curve_is_told():
-    """5 % too strong in tension to 12 %, where it ends; 5 % too weak in compression: a miss to 10 %, none from there to 30 %."""
+    """5 % too strong in tension to 12 %, where it ends; 5 % too weak in compression: a miss to 10 %, none from there to 30 %. 12 % too strong in shear."""
     targets, runs = metals.targets_of(METALS["steel_4340"]), {}
     for way, factor, end in (("tension", 1.05, 0.12), ("compression", 0.95, 0.41)):
         sign, strain = (1.0 if way == "tension" else -1.0), np.linspace(0.0, end, 2001)
         stress = targets.curve.nominal(sign * strain, targets.modulus)
         runs[way] = calibration.Run(targets.modulus, targets.nu, 1.001 * targets.curve.offset_yield(targets.modulus, sign), strain, np.where(strain > 0.009, factor, 1.001) * stress, sign)
-    values = metals.page({name: {(2000, 2): runs if name == "steel_4340" else {}} for name in ("steel_4340",)})
+    strain = np.linspace(0.1, 4.0, 400)
+    shear = calibration.Run(np.inf, np.nan, np.nan, strain, 1.12 * targets.curve.at(strain / np.sqrt(3.0)) / np.sqrt(3.0), 0.0)
+    found = {"shear": shear, "shear yield": 1.07 * runs["tension"].offset_yield / np.sqrt(3.0), "recovered": 0.0056, "elastic": 0.005}
+    values = metals.page({"steel_4340": {metals.OTHER: runs}}, {"steel_4340": found})
     header, rows = values["stresses"]
     assert header[4:] == ("0.2 % yield", "1 %", "2 %", "5 %", "10 %", "15 %", "20 %", "30 %", "40 %")
     assert rows[0][3:] == ("tension", "+0.1", "**+5.0**", "**+5.0**", "**+5.0**", "**+5.0**", "**-**", "", "", "")
     assert rows[1][3:] == ("compression", "+0.1", "**-5.0**", "**-5.0**", "**-5.0**", "**-5.0**", "-5.0", "-5.0", "-5.0", "-5.0")
-    assert (values["missed"], values["all"]) == (9, 15)
+    assert values["shear"][1] == [("steel_4340", "**+7.0**", "**+12.0**", "+12.0", "+12.0", "+12.0", "+12.0")]
+    assert values["elastic"][1] == [("steel_4340", *metals.OTHER, "+0.0", "+0.0", "**-9.5**", "**-9.5**", "**-9.5**", "**+0.06**")]
+    told = values["missed"].splitlines()
+    assert len(told) == 4 + 1 + 4 + 3 + 3 and "- Tension at 5 %: 1 of 1 are off by more than 4 %, from +5.0 to +5.0 %." in told
+    assert "- Shear at 40 %: 1 of 1 are off by more than 10 %, from +12.0 to +12.0 %." in told
 
 
 @pytest.mark.parametrize("name", METALS)

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Calibration: the row of a metal by its E, Poisson's ratio and flow curve, in tension and compression.
+"""Calibration: the row of a metal by its E, Poisson's ratio and flow curve, in tension, compression and simple shear.
 
 A closed form gives the first row: in a body with Nb/V bonds and N/V particles per volume, the network of bonds has
 the moduli E0 = m1 n1 e1 Nb/(6 V), K = E0/1.5, G = 0.4 E0, and fix evp/volume adds kv N/V to K. Where the body flows its
-true stress is REACH E y, y the limit of its bonds at the plastic strain of the time: the table `flow` has y over xi_s.
+true stress is reach() E y, y the limit of its bonds at the plastic strain of the time: the table `flow` has y over xi_s.
 
-Quasi-static runs follow, a pull and a push with each row, whose results a table on disk keeps. Then E, Poisson's ratio and each y are
-multiplied by target/measured, those of y by the mean of both directions. Rows are rounded before they run: the row written is one that
-ran. The over-stress is linear in gamma: a run with gamma and its twin without.
+Quasi-static runs follow, a pull and a push with each row, and a simple shear of a periodic body, whose results a table on disk keeps.
+Then E, Poisson's ratio and each y are multiplied by target/measured, those of y by the mean of tension and compression, and by shear
+beyond the plastic strain where these end. Rows are rounded before they run: the row written is one that ran. The over-stress is linear in gamma: a run with gamma and its twin without.
 """
 
 import fcntl
@@ -34,7 +34,7 @@ LEAST_NU, LARGEST_NU = 0.25, 0.42  # of central forces alone; where lateral stif
 NU_LIMIT = 0.48  # of the closed form
 XI_RANGE = (2e-5, 0.05)  # of y: below, round-off of positions shows; above, the first regime itself is bent
 SOFTENING = 3.0 / 80.0  # e2/e1 as in Table 1: with a table flow only eq. 8, plasticity none, has a second regime
-REACH = 1.9  # true stress of a body that flows, over E y
+REACH = ((0.002, 1.6), (0.005, 1.85), (0.01, 1.95), (0.05, 2.05), (0.12, 2.0), (0.3, 1.6), (0.45, 1.4), (2.0, 1.3))  # of reach()
 BULK, SHEAR = 1.0 / 1.5, 0.4  # K/E0 without the volume energy, which adds x; G/E0
 DENSITIES = (100.0, 3e4)  # [kg/m3] between which the unit is no doubt
 SOFTEST = 1e6  # [Pa] Young's modulus below which the unit is in doubt
@@ -47,16 +47,25 @@ WITHIN = 0.005  # of an over-stress
 PLASTIC = (0.0, 0.002, 0.005, 0.01, 0.02, 0.05, 0.08, 0.12, 0.2, 0.3, 0.45, 0.7, 1.0, 1.5, flow.FAR)  # plastic strains of a table
 LEAST_START = 0.7  # of the stress at the next plastic strain: at 0
 WAYS = {"tension": 0.15, "compression": -0.4}  # nominal strain at the end
+SHEARED = "shear"  # a further way, whose strains are shear strains
+SHEAR_FROM = 0.6  # plastic strain: a curve that is known no farther is not sheared, as compression reaches 0.5
+MISES = math.sqrt(3.0)  # shear strain over the plastic strain, and true stress over the shear stress
+SHEAR_STRAINS = (0.5, 1.0, 2.0, 3.0)  # at which residuals are told
+SHEAR_SPHERES = 1000  # of the periodic body
+SMOOTHED, SMOOTHED_ROWS = 0.2, 20  # shear strain over which the shear stress is averaged; its rows
+INERTIA = 0.005  # shear rate times spacing over sqrt(stress/density); 0.001 to 0.01: the same stress within 1 % to a strain of 2.5
+SHEAR_DTFRACTION = 0.8
 STRAINS = (0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4)  # nominal, at which residuals are told
 YIELD = "0.2 % yield"
 MISSES = {"E": 0.02, "nu": 0.03, YIELD: 0.06}  # residuals beyond which a target is missed
-STRESS_MISSES = {0.1: 0.04, 0.3: 0.06, 0.4: 0.1}  # likewise of stresses, to these strains
+STRESS_MISSES = {0.1: 0.04, 0.3: 0.06, 0.4: 0.1, math.inf: 0.15}  # likewise of stresses, to these strains; beyond 0.4 is shear
 SMALLER = (1.0, 0.5, 0.25)  # increments of the attempts at a run
 LENGTH, RADIUS = 0.05, 0.02  # of the cylinder [m]
 RULES = {"plasticity": "isotropic", "contact": "repulsive"}
 ELASTIC = 0.4  # of xi_s: strain of the first leg, whose end gives Poisson's ratio
 OVERSHOOT = 1.1  # grip strain at the end, over the one at which the middle would reach the target in proportion
 FURTHER = 3  # legs at most, where that was not enough
+GRADED = ((0.015, 1e-3), (0.05, 3e-3))  # (strain at the end, increment): the stress lags by the hardening of an increment
 YIELDED = 1.3  # of the strain at the offset yield stress: end of the second leg
 HEAD = """# UNITS: si CONTRIBUTOR: tools/calibrate.py, which appends the rows
 # NAME e1 m1 n1 e2 m2 n2 xi_s gamma alpha, then spacing [m] and coordination of the body that it was found on, kv [J], density of the solid [kg/m3]
@@ -64,7 +73,7 @@ HEAD = """# UNITS: si CONTRIBUTOR: tools/calibrate.py, which appends the rows
 
 
 class Targets(NamedTuple):
-    """SI. curve: a FlowCurve; nu: None for that of the network; ways: some of WAYS; rates: (over-stress, rate)."""
+    """SI. curve: a FlowCurve; nu: None for that of the network; ways: some of WAYS, then SHEARED or not; rates: (over-stress, rate)."""
 
     modulus: float
     curve: flow.FlowCurve
@@ -85,17 +94,24 @@ class Targets(NamedTuple):
         return np.array(sorted({end, *(place for place in PLASTIC if not 0.8 * end < place < 1.25 * end)}))
 
     def end(self, way):
-        """Nominal strain to which a way goes: of WAYS, or where the curve is known no farther."""
+        """Nominal strain to which a way goes, of SHEARED the shear strain: of WAYS, or where the curve is known no farther."""
+        if way == SHEARED:
+            return MISES * min(flow.FAR, self.curve.end)
         known = self.curve.nominal_strain(1.02 * self.curve.end + 0.001, self.modulus, math.copysign(1.0, WAYS[way]))  # so that the end is reached
         return math.copysign(min(abs(WAYS[way]), abs(known)), WAYS[way])
 
     def residuals(self, runs):
-        """{way: {what: found/target - 1}} of runs, {way: Run}: under "elastic" E and nu, of each way its 0.2 % yield stress and the stresses at STRAINS."""
+        """{way: {what: found/target - 1}} of runs, {way: Run}: under "elastic" E and nu, of each way its 0.2 % yield stress and the stresses
+        at STRAINS, of SHEARED the stresses at SHEAR_STRAINS."""
         first = next(iter(runs.values()))
         off = {"elastic": {"E": first.modulus / self.modulus - 1.0}}
         if self.nu is not None:
             off["elastic"]["nu"] = first.nu / self.nu - 1.0
         for way, run in runs.items():
+            if way == SHEARED:
+                off[way] = {strain: float(run.true_at(strain / MISES) / self.curve.at(strain / MISES)) - 1.0
+                            for strain in SHEAR_STRAINS if strain <= self.end(way)}
+                continue
             sign = math.copysign(1.0, WAYS[way])
             off[way] = {YIELD: run.offset_yield / self.curve.offset_yield(self.modulus, sign) - 1.0}
             for strain in STRAINS:
@@ -114,13 +130,16 @@ def name_of(what):
     return what if isinstance(what, str) else f"at {100.0 * what:g} %"
 
 
-def is_miss(what, value):
-    """Whether a residual is told as a miss; one that is not known is."""
-    return not abs(value) <= (MISSES[what] if isinstance(what, str) else next(most for end, most in STRESS_MISSES.items() if what <= end))
+def limit_of(what):
+    """Beyond which a residual is told as a miss."""
+    return MISSES[what] if isinstance(what, str) else next(most for end, most in STRESS_MISSES.items() if what <= end)
 
 
 class Run(NamedTuple):
-    """What one way measured: E [Pa], nu, nominal 0.2 % yield stress [Pa]; strain and stress [Pa], nominal, as sizes; sign: -1 in compression."""
+    """What one way measured: E [Pa], nu, nominal 0.2 % yield stress [Pa]; strain and stress [Pa], nominal, as sizes; sign: -1 in compression.
+
+    Of shear: sign 0, shear strain and shear stress, without elastic part: E is inf, nu and yield stress are nan.
+    """
 
     modulus: float
     nu: float
@@ -134,7 +153,9 @@ class Run(NamedTuple):
         return float(np.interp(strain, self.strain, self.stress, right=math.nan))
 
     def true_curve(self):
-        """(true strain, true stress [Pa]), as sizes."""
+        """(true strain, true stress [Pa]), as sizes; of shear those of von Mises."""
+        if self.sign == 0.0:
+            return self.strain / MISES, self.stress * MISES
         factor = 1.0 + self.sign * self.strain
         return np.abs(np.log(factor)), self.stress * factor
 
@@ -164,7 +185,7 @@ def check(targets):
         raise ValueError(f"--nu: {nu:g} cannot be had: central forces give {LEAST_NU:g} (--nu none), the volume energy raises it, and from {LARGEST_NU:g} on is "
                          "so stiff that the timestep falls")
     lowest, highest = curve.at(PLASTIC[1]), curve.at(PLASTIC[-1])
-    if not (XI_RANGE[0] <= lowest / modulus and highest / (REACH * modulus) <= XI_RANGE[1]):
+    if not (XI_RANGE[0] <= lowest / modulus and highest / (reach(PLASTIC[-1]) * modulus) <= XI_RANGE[1]):
         raise ValueError(f"the flow stress is {lowest:.6g} to {highest:.6g} Pa, {lowest / modulus:.3g} to {highest / modulus:.3g} of E, no metal's share: "
                          "give all moduli and stresses in Pa")
     if np.any(np.diff(curve.plastic) <= 0.0):
@@ -209,6 +230,11 @@ def moduli(volume):
     return 9.0 * bulk * SHEAR / (3.0 * bulk + SHEAR), (3.0 * bulk - 2.0 * SHEAR) / (2.0 * (3.0 * bulk + SHEAR))
 
 
+def reach(plastic):
+    """True stress of a body that flows over E y, at plastic strains; of the first rows of several metals, within 10 %."""
+    return np.interp(plastic, *zip(*REACH))
+
+
 class Body(NamedTuple):
     """A packing, by default in the default cylinder, and what its bonds are."""
 
@@ -238,6 +264,13 @@ def make_body(folder, count, seed, density, timeout):
     return measure(folder / "body.data")
 
 
+def make_periodic(folder, seed, density, timeout):
+    """Packs the periodic body of shear(), periodic.data in the folder. density: of the solid."""
+    variables = {"n": SHEAR_SPHERES, "shape": "periodic", "length": LENGTH, "seed": seed, "density": f"{density:.9g}",
+                 "out": "periodic.data"}
+    call("in.specimen", variables, 1, folder, timeout, f"packing of {SHEAR_SPHERES} spheres without a surface")
+
+
 def given_body(path, folder):
     """The Body of a data file of the user's with its FILE.body, copied into the folder. Errors as of measure()."""
     for end in ("", ".body"):
@@ -262,7 +295,10 @@ def legs(xi_s, yielded, end, finer):
     sign, size = math.copysign(1.0, end), abs(end)
     elastic, yielded = 0.5 * ELASTIC * xi_s, YIELDED * yielded  # the middle may be stretched twice as far as the grips say
     fine, coarse = min(xi_s / 6.0, 3e-4), min(max(4e-3, size / 50.0), size / 12.0)
-    ends = [(elastic, elastic / 4.0), (yielded, fine)] + ([(size, coarse)] if size > yielded * 1.0001 else [])
+    ends = [(elastic, elastic / 4.0), (yielded, fine)]
+    for place, increment in (*GRADED, (math.inf, coarse)):
+        if ends[-1][0] * 1.0001 < min(place, size):
+            ends.append((min(place, size), min(increment, coarse)))
     return [(sign * strain, finer * increment) for strain, increment in ends]
 
 
@@ -316,6 +352,23 @@ def load(body, material, xi_s, end, yielded, finer, ranks, folder, timeout, titl
     if not math.isfinite(offset):
         raise Failed("the curve does not meet the line of the 0.2 % offset")
     return Run(modulus, float(-lateral / axial), offset, strain, stress, sign)
+
+
+def shear(material, targets, end, finer, ranks, folder, timeout, title):
+    """The Run of a simple shear of the body of make_periodic() to the shear strain `end`, with contact join, averaged over
+    SMOOTHED of strain. Failed or CurveError, with the reason.
+
+    material: the deck's variables that choose it; finer: 1, or less for shorter timesteps.
+    """
+    end += 0.51 * SMOOTHED
+    rate = INERTIA * math.sqrt(float(targets.curve.at(1.0)) / targets.density) / (LENGTH / SHEAR_SPHERES ** (1.0 / 3.0))
+    (folder / "shear.csv").unlink(missing_ok=True)  # of the run before, which would be taken for progress
+    variables = {"specimen": "periodic.data", **material, **RULES, "contact": "join", "strain": f"{end:.9g}",
+                 "row": SMOOTHED / SMOOTHED_ROWS, "rate": f"{rate:.6g}", "dtfraction": SHEAR_DTFRACTION * finer, "out": "shear"}
+    call("in.shear", variables, ranks, folder, timeout, title, lambda: last_strain(folder / "shear.csv") / end)
+    curve, window = curves.read_curve(folder / "shear.csv"), np.full(SMOOTHED_ROWS, 1.0 / SMOOTHED_ROWS)
+    strain, stress = (np.convolve(values, window, "valid") for values in (curve.strain, curve.virial))
+    return Run(math.inf, math.nan, math.nan, strain, stress, 0.0)
 
 
 def read_curve(path, strain="strain_gauge"):
@@ -394,7 +447,8 @@ class Result(NamedTuple):
 
     def misses(self):
         """{way: {what: residual}} of those that are misses."""
-        missed = {way: {what: value for what, value in off.items() if is_miss(what, value)} for way, off in self.residuals.items()}
+        missed = {way: {what: value for what, value in off.items() if not abs(value) <= limit_of(what)}
+                  for way, off in self.residuals.items()}
         return {way: off for way, off in missed.items() if off}
 
     def squares(self):
@@ -416,7 +470,7 @@ def material_of(aims, body):
     (m, n), volume = EXPONENTS, 0.0 if aims.nu is None else max(0.0, volume_ratio(min(aims.nu, NU_LIMIT)))
     network = aims.modulus / moduli(volume)[0]
     e1 = rounded(6.0 * network * body.volume / (m * n * body.bonds))
-    limits = np.clip(aims.stresses / (REACH * aims.modulus), *XI_RANGE)
+    limits = np.clip(aims.stresses / (reach(aims.places) * aims.modulus), *XI_RANGE)
     table = [(place, rounded(limit / limits[0])) for place, limit in zip(aims.places, limits)]
     row = law.Row(e1, m, n, rounded(SOFTENING * e1), m, n, rounded(limits[0]), 0.0, ALPHA)
     kv = rounded(volume * network * body.volume / body.count)
@@ -424,28 +478,29 @@ def material_of(aims, body):
 
 
 def corrected(aims, targets, runs):
-    """(Aims of the next row, how much they change): by target/measured, of stresses the mean of the ways. Where only one way goes on, how far the
-    ways are from their mean fades as 1/plastic strain; before and beyond what they measured the factors are the first and last."""
+    """(Aims of the next row, how much they change): by target/measured, of stresses the mean of tension and compression. Beyond
+    the plastic strain where this ends the way that goes on decides, and at last shear; how far it is from the mean there fades as
+    1/plastic strain. Before and beyond what they measured the factors are the first and last."""
     first = next(iter(runs.values()))
     modulus = targets.modulus / first.modulus
     nu = 1.0 if aims.nu is None else targets.nu / first.nu
     places = aims.places[1:]
-    measured = np.array([np.log(run.true_at(places) / targets.curve.at(places)) for run in runs.values()])
-    by_all = np.all(np.isfinite(measured), axis=0)
-    known = np.any(np.isfinite(measured), axis=0)
-    last = int(np.flatnonzero(by_all)[-1])
-    apart = (measured - measured.mean(axis=0))[:, last, None] * np.minimum(1.0, places[last] / places)
-    mean = np.where(by_all, measured.mean(axis=0), 0.0)
-    beyond = known & ~by_all & (places > places[last])
-    mean[beyond] = np.nanmean((measured - apart)[:, beyond], axis=0)
-    usable = by_all | beyond
-    factors = np.exp(-np.interp(aims.places, places[usable], mean[usable]))
+    measured = {way: np.log(run.true_at(places) / targets.curve.at(places)) for way, run in runs.items()}
+    off = np.mean([values for way, values in measured.items() if way != SHEARED], axis=0)
+    for values in measured.values():
+        last = int(np.flatnonzero(np.isfinite(off))[-1])
+        off = np.where(places > places[last], values - (values - off)[last] * places[last] / places, off)
+    known = np.isfinite(off)
+    factors = np.exp(-np.interp(aims.places, places[known], off[known]))
     change = max(abs(math.log(modulus)), abs(math.log(nu)), float(np.sqrt(np.mean(np.log(factors) ** 2))))
     return Aims(aims.modulus * modulus, aims.nu and aims.nu * nu, aims.places, aims.stresses * factors), change
 
 
 class Search:
-    """Everything that a calibration needs: targets, body, table; ranks, folder and timeout [s] of the runs; say(text)."""
+    """Everything that a calibration needs: targets, body, table; ranks, folder and timeout [s] of the runs; say(text).
+
+    The folder holds the body, and where the targets ask for shear that of make_periodic().
+    """
 
     def __init__(self, targets, body, table, ranks, folder, timeout, say):
         self.targets, self.body, self.table = targets, body, table
@@ -453,11 +508,14 @@ class Search:
 
     def run(self, number, way, material):
         """The Run of a row one way: from the table, or made. ValueError where every attempt failed."""
-        targets = self.targets
+        targets, title = self.targets, f"pass {number} of at most {MOST_PASSES}, {way}"
         for attempt, finer in enumerate(SMALLER):
             def make():
+                if way == SHEARED:
+                    return shear(typed(self.body, material), targets, targets.end(way), finer,
+                                 self.ranks, self.folder, self.timeout, title).as_json()
                 return load(self.body, typed(self.body, material), material.row.xi_s, targets.end(way), targets.yield_strain + YIELD_OFFSET, finer,
-                            self.ranks, self.folder, self.timeout, f"pass {number} of at most {MOST_PASSES}, {way}").as_json()
+                            self.ranks, self.folder, self.timeout, title).as_json()
 
             record = self.kept({"kind": way, "number": number, "attempt": attempt, "material": material}, {"increments": finer}, make)
             if record["state"] == "done":
@@ -543,12 +601,12 @@ def append(path, lines):
 
 
 def draw(name, targets, result, path):
-    """Writes path (a .png), the flow curve and both ways of the row, and the CSV beside it."""
-    rows, end = [], max(abs(targets.end(way)) for way in targets.ways)
+    """Writes path (a .png), the flow curve and the ways of the row, and the CSV beside it; shear as of von Mises."""
+    rows, end = [], max(float(run.true_curve()[0][-1]) for run in result.runs.values())
     near = 3.0 * (targets.yield_strain + YIELD_OFFSET)
     with figures.plt.rc_context(figures.LOOK):
         figure, axes = figures.plt.subplots(1, 3, figsize=(13.0, 4.2))
-        true = np.linspace(0.0, math.log1p(end) if targets.ways == ("tension",) else -math.log1p(-end), 400)
+        true = np.linspace(0.0, end, 400)
         curve = targets.curve.true_stress(true, targets.modulus) / 1e6
         rows += [("flow curve", f"{100.0 * a:.6g}", f"{b:.6g}") for a, b in zip(true, curve)]
         for axis, (last, title) in zip(axes, ((near, "around yield"), (true[-1], "all of it"))):
