@@ -36,7 +36,7 @@ DECK = "atom_style sphere\natom_modify map yes\nregion box block 0 1 0 1 0 1\ncr
 LAMMPS_FOLDERS = "-DLAMMPS_SOURCE_DIR=/path/to/lammps -DLAMMPS_BUILD_DIR=/path/to/lammps/build"
 DAMAGED = "It is damaged, or built for another LAMMPS or MPI, or this lmp was built without -DBUILD_SHARED_LIBS=on."
 HINT = (" In the command, /path/to/lammps stands for the source tree of this LAMMPS, and /path/to/lammps/build for the folder where it was built; "
-        "the page 'Your own LAMMPS' has the options for an installed one.")
+        "the page 'Installation' has the options for an installed one.")
 
 
 def export(name, value, in_front=False):

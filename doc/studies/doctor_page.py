@@ -14,7 +14,7 @@ import textwrap
 
 from study import CHECKOUT, command_line, errors_in_one_line, write_between
 
-PAGE = CHECKOUT / "doc" / "Howto_evp_doctor.rst"
+PAGE = CHECKOUT / "doc" / "install.rst"
 LEFT_OUT = ("EVP_LMP", "EVP_COMMAND", "EVP_PLUGINS", "EVP_BUILD", "LAMMPS_PLUGIN_PATH")
 
 

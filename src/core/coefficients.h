@@ -108,7 +108,8 @@ class Coefficients {
     if (given == 0.0) return 0.0;
     const double kv = given * scaling(type, type).factors.kv;
     if (!(kv <= HIGHEST_KV))
-      throw BadInput("kv must not exceed 1e100 in the body, got " + rounded(kv));
+      throw BadInput("kv must not exceed 1e100 in the body, got " + rounded(kv) +
+                     ": is the spacing of the row in the unit of the input script?");
     return kv;
   }
 

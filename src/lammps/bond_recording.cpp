@@ -127,7 +127,7 @@ namespace {
           "there is no atom {}: read the data file that was written with the bond file",
           a.exists() ? line.id_j : line.id_i);
     if (a.in_group == 0.0 || b.in_group == 0.0)
-      return fmt::format("atom {} is not in the fix's group",
+      return fmt::format("atom {} is not in the fix's group: use a group with all bonded atoms",
                          a.in_group == 0.0 ? line.id_i : line.id_j);
     if (line.kind == Remembered::CONTACT && !rules.plastic) return HAS_FLOWED;
     if (line.kind == Remembered::APART && (!rules.breaks() || rules.plastic))

@@ -186,7 +186,8 @@ void ReadEVPRow::command(int narg, char **arg)
 ReadEVPRow::Spheres ReadEVPRow::spheres_of(char **words) const
 {
   if (strcmp(update->unit_style, "si") != 0)
-    throw BadInput("body is about that of the paper, in units si");
+    throw BadInput("body is about that of the paper, in units si: leave 'body' out, and give the "
+                   "coefficients of your own body");
   const int igroup = group->find(words[0]);
   if (!atom->radius_flag) throw BadInput("body: there are no spheres yet");
   if (igroup < 0) throw BadInput(fmt::format("body: there is no group '{}'", words[0]));
@@ -311,7 +312,10 @@ void EVPChoices::set_implied(int narg, char **arg) const
     else if (name == "contact")
       value = plasticity && strcmp(plasticity, "isotropic") == 0 ? "repulsive" : nullptr;
     else
-      error->all(FLERR, "evp_choices: implied takes coeff, plasticity, contact, not '{}'", name);
+      error->all(FLERR,
+                 "evp_choices: implied takes coeff, plasticity, contact, not '{}': define it by "
+                 "'variable {} index VALUE'",
+                 name, name);
     if (value) variable->set(fmt::format("{} index \"{}\"", name, value));
   }
 }
@@ -362,7 +366,10 @@ void EVPChoices::command(int narg, char **arg)
     const std::string atoms = std::to_string(igroup < 0 ? 0 : group->count(igroup));
     if (igroup >= 0) value = atoms.c_str();
     if (!value && choice.optional) continue;
-    if (!value) error->all(FLERR, "{}: there is no variable '{}'", arg[0], choice.name);
+    if (!value)
+      error->all(FLERR,
+                 "{}: there is no variable '{}': define it before, by 'variable {} index VALUE'",
+                 arg[0], choice.name, choice.name);
     stop_at_bad_input(error, arg[0], [&] {
       choice.check(value, igroup >= 0);
     });

@@ -405,7 +405,7 @@ void FixEVPBonds::restart(char *buf)
   if (words[0] != RESTART_FORMAT || !measures.unpack(words + 14, atom->ntypes))
     error->all(FLERR,
                "{}: its section of the restart file is damaged, or from a version of this package "
-               "that wrote another format",
+               "that wrote another format: use an older restart file, or that version",
                who);
   after_restart = false;    // this is the fix that the file knows
   const bool recorded = words[2] != 0.0;

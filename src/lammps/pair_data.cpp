@@ -29,8 +29,11 @@ void BondSource::begin_run(const PairRules &rules)
                recorder, recorder);
   if (records()) recorder = fix->id;
   if (rules.has_history() && !fix)
-    error->all(FLERR, "Pair evp/lj: {} needs fix evp/bonds, which stores the history of the bonds",
-               rules.plastic ? "plasticity isotropic" : "break");
+    error->all(
+        FLERR,
+        "Pair evp/lj: {} needs fix evp/bonds, which stores the history of the bonds: define it "
+        "before the run",
+        rules.plastic ? "plasticity isotropic" : "break");
 }
 
 void BondSource::update()
@@ -276,7 +279,8 @@ void PairData::report()
   utils::logmesg(lmp, line);
   if (!source.has_fix() && rules.contact == Contact::NONE)
     error->warning(FLERR,
-                   "Pair evp/lj with contact none and without fix evp/bonds: no pair interacts");
+                   "Pair evp/lj with contact none and without fix evp/bonds: no pair interacts; "
+                   "define the fix, or choose another contact");
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
       if (types.handles(i, j) && alpha_of(i, j) < 1.4 && rules.contact == Contact::LITERAL)

@@ -150,7 +150,9 @@ void PairEVPLJ::settings(int narg, char **arg)
                "Pair style evp/lj: 'plasticity isotropic' and 'contact literal' together create "
                "energy: add 'contact repulsive' or 'contact none'");
   if (chosen.joins() && !chosen.plastic)
-    error->all(FLERR, "Pair style evp/lj: 'contact join' needs 'plasticity isotropic'");
+    error->all(FLERR,
+               "Pair style evp/lj: 'contact join' needs 'plasticity isotropic': add it, or use "
+               "another contact");
   pair_data.rules = chosen;
   pair_data.repack();
   offer_pair_values();
@@ -387,9 +389,10 @@ void PairEVPLJ::read_restart_settings(FILE *fp)
   read_together(fp, words, sizeof(words));
   if (words[0] != RESTART_FORMAT || words[1] != NMEMBERS || !(words[2] >= 0.0) ||
       words[2] >= std::size(CONTACTS) || !(words[7] >= 0.0 && words[7] <= LONGEST_ID))
-    error->all(FLERR,
-               "Pair evp/lj: the restart file is damaged in the settings, or from a version of "
-               "this package that wrote another format");
+    error->all(
+        FLERR,
+        "Pair evp/lj: the restart file is damaged in the settings, or from a version of "
+        "this package that wrote another format: use an older restart file, or that version");
   pair_data.rules = {
       (Contact) (int) words[2], words[3], words[4] != 0.0, words[5], {words[6], words[8] != 0.0}};
   pair_data.source.recorder.resize((size_t) words[7]);

@@ -198,7 +198,7 @@ OTHERS = [
     ({"then": "fix more all evp/bonds"}, "Fix more evp/bonds: fix bonds is of this style too, but only one is allowed"),
     ({**ZERO, "fix": FIX}, "Fix bonds evp/bonds needs pair style evp/lj, found 'zero'"), ({**NO_STYLE, "fix": FIX}, "needs pair style evp/lj, found 'none'"),
     ({"after": "pair_style zero 0.02\npair_coeff * *\nrun 1", **SEEN}, "needs pair style evp/lj, found 'zero'"),
-    ({"fix": "group first id 1 2 3\nfix bonds first evp/bonds file group.bonds"}, "bond 3 4: atom 4 is not in the fix's group (bond file group.bonds)"),
+    ({"fix": "group first id 1 2 3\nfix bonds first evp/bonds file group.bonds"}, "bond 3 4: atom 4 is not in the fix's group: use a group with all bonded atoms (bond file group.bonds)"),
     ({"fix": FIX + "file turned.bonds", "run": "minimize 0 1e-9 10 10"}, "bond 1 2 is given twice in file turned.bonds"),
     *(({"style": BREAKS, "fix": FIX + f"file {name}.bonds"}, "it has flowed: use pair_style evp/lj with 'plasticity isotropic'") for name in ("flowed", "pushed")),
     ({"style": FLOWS, "fix": FIX + "file broken.bonds"}, "it has broken: use pair_style evp/lj with 'break' and 'plasticity none'"),

@@ -18,7 +18,7 @@ from study import run_blocks
 
 PAGES = ("README.md", "CONTRIBUTING.md", *sorted(str(path.relative_to(REPOSITORY)) for path in REPOSITORY.glob("doc/Howto_evp*.rst")))
 HOWTO, PART, METAL = "doc/Howto_evp.rst", "doc/Howto_evp_part.rst", "doc/Howto_evp_metal.rst"
-DOCTOR, FRICTION = "doc/Howto_evp_doctor.rst", "doc/Howto_evp_friction.rst"
+FRICTION = "doc/Howto_evp_friction.rst"
 BLOCKS = [block for page in PAGES for block in doc_blocks.blocks(page)]
 
 # Small bodies and short ways, since what is tested is that the commands work: choices that win over those of the page, by deck.
@@ -67,7 +67,6 @@ WALK = "the walk of the page, with fewer spheres"
 PROJECT, BODY_TOOL, CALIBRATE = "tests/tools/test_project_files.py", "tests/lammps/test_body_tool.py", "tests/lammps/test_calibrate_runs.py"
 NAMED = {
     ("README.md", "", "set-up and all tests: what continuous integration runs itself, see .github/workflows/ci.yml"): ("tools/quickstart.sh",),
-    ("README.md", "", "paths of the reader; tests/tools/test_install.py installs, tests/lammps/test_host.py builds"): ("cmake --install build",),
     ("README.md", "tests/lammps/test_doc_commands.py", "runs the input script"): ("units           si",),
     ("CONTRIBUTING.md", PROJECT, "too long; its commands, options and paths are checked"): ("tools/test.sh ", "evp_find_python", "tests/maintain/releases.sh"),
     (HOWTO, "tests/tools/test_view.py", "runs it as it stands"): ("tools/view.py torn_frames.dump",),
@@ -77,10 +76,6 @@ NAMED = {
     (PART, "tests/lammps/test_doc_commands.py", "is the file plate.region of the commands above it"): ("region hole cylinder",),
     (FRICTION, "tests/lammps/test_forming.py", "runs it on a block"): ("region          punch cone",),
     (FRICTION, "tests/lammps/test_granular.py", "runs it"): ("pair_style      hybrid evp/lj",),
-    (DOCTOR, "tests/tools/test_doctor.py", "paths of the reader, each option is tested; written by doc/studies/doctor_page.py, compared with a run"): (
-        "evp doctor --lmp /path/to/lmp", "FAULT        plugin path"),
-    (DOCTOR, "", "written by doc/studies/doctor_page.py; binutils are no part of the setup; tests/tools/test_doctor.py reads the same text"): (
-        "Healthy: lmp loads", "strings evpplugin.so"),
     (METAL, CALIBRATE, "runs these options, with a bar of its own and fewer spheres"): ("--body bar.data",),
     (METAL, CALIBRATE, WALK): ("--ranks 1 --name mymetal", "pass 1, elastic: E ", "in.specimen -var n 300", "-var increment 0.00025", "tools/curves.py numbers pull.csv",
                                "pull.csv   6"),

@@ -113,7 +113,7 @@ def test_path(tmp_path, place, cause):
     if place:
         return
     found.is_mended()
-    page = (ROOT / "doc" / "Howto_evp_doctor.rst").read_text(encoding="utf-8").split(".. fault:")[1].split(".. end of fault")[0]
+    page = (ROOT / "doc" / "install.rst").read_text(encoding="utf-8").split(".. fault:")[1].split(".. end of fault")[0]
     checks = [re.findall(r"^ *(?:ok|note|FAULT|not checked)  +(\S.*?)  ", text, re.M) for text in (found.text, page)]
     assert checks[0] == checks[1] and len(checks[0]) == 5, "run doc/studies/doctor_page.py"
     assert "\n   Run:   export LAMMPS_PLUGIN_PATH=~/evp/build\n" in page

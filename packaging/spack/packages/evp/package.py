@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
 # spack repo add packaging/spack && spack install --no-checksum evp, in the folder that holds evp-VERSION.tar.gz.
-# NOT RUN: no Spack was at hand; see doc/own_lammps.rst.
+# NOT RUN: no Spack was at hand; see doc/install.rst.
 import os
 
 from spack_repo.builtin.build_systems.cmake import CMakePackage
