@@ -19,7 +19,7 @@ using namespace EVP;
 
 // in the order of Value
 static const std::vector<std::string> VALUES = {"plastic_work", "plastic_strain", "volume_strain",
-                                                "von_mises", "triaxiality", "bonds_now"};
+                                                "von_mises",    "triaxiality",    "bonds_now"};
 
 // compute ID group evp/state/atom [value ...] [fraction PHI]
 ComputeEVPStateAtom::ComputeEVPStateAtom(LAMMPS *lmp, int narg, char **arg) :

@@ -26,7 +26,14 @@ class ComputeEVPStateAtom : public EVP::WithPerAtomComm<Compute> {
  private:
   static constexpr int NCOLUMNS = 4;    // that are always there
 
-  enum class Value { PLASTIC_WORK, PLASTIC_STRAIN, VOLUME_STRAIN, VON_MISES, TRIAXIALITY, BONDS_NOW };
+  enum class Value {
+    PLASTIC_WORK,
+    PLASTIC_STRAIN,
+    VOLUME_STRAIN,
+    VON_MISES,
+    TRIAXIALITY,
+    BONDS_NOW
+  };
   std::vector<Value> values;    // of the further columns
   double fraction = 0.0;        // volume of the spheres over that of the body
 

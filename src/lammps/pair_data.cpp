@@ -328,11 +328,12 @@ bool PairData::pack(const NeighList *neighbors)
   lists.nreact = force->newton_pair ? lists.nall : lists.nlocal;
   repack_due = false;
   source_version = source.version();
-  const PairListBuilder::Found found = builder.build(
-      {neighbors, &coefficients, bonds(), rules, within(), any_gamma, implicit_groupbit,
-       rules.joins() && bonds() && !(bonds()->joins_by == rules.join)},
-      lists);
-  if (rules.joins() && bonds()) histories.store().joins_by = rules.join;
+  const bool looks_first = rules.joins() && bonds() && !(bonds()->joins_by == rules.join);
+  const PairListBuilder::Found found =
+      builder.build({neighbors, &coefficients, bonds(), rules, within(), any_gamma,
+                     implicit_groupbit, looks_first},
+                    lists);
+  if (looks_first) histories.note_look();
   if (is_first && bonds()) types.check(lists.bonds, volume());
   snapshot.finish();
   histories.note_packing();

@@ -78,6 +78,13 @@ class PairHistories : protected Pointers {
     journal.clear();
   }
 
+  /// The packing has found which pairs are inside: the records are told that, too.
+  void note_look()
+  {
+    records->joins_by = rules.join;
+    due = true;
+  }
+
   /// Collective. The lists were packed anew: what the last forces found is void.
   void note_packing();
 

@@ -117,7 +117,7 @@ def test_what_is_inside_without_a_bond_joins_once_it_has_been_apart(lmp, zone, a
     """Not recorded at 1.15 (R_i + R_j), or a bond from the beginning; led to `apart` and back."""
     text = head("on", "p p p", TWO.replace("0.006", "0.0075"), skin=0.003) + pair(ROW, "join 1.2 plasticity isotropic", f"fix bonds all evp/bonds zone {zone}")
     text += f"group second id 2\nfix sway second move wiggle {apart - 0.0115} 0 0 4e-7 units box\ntimestep 1e-8\nthermo 40\n" + thermo("f_bonds f_bonds[5] f_bonds[6]")
-    table = lmp(text + "run 40\n").ok().thermo()
+    table = lmp(text + "run 0\nrun 40\n").ok().thermo()
     assert (table["f_bonds"][-1], table["f_bonds[6]"][-1]) == ((1, 0) if joins is None else (0, int(joins)))
 
 
