@@ -41,7 +41,7 @@ Timed = collections.namedtuple("Timed", "seconds steps atoms")
 
 def timings(deck, seconds):
     """Commands that time the body as it is, then without each effect, one after the other."""
-    own = re.findall(r"^fix\s+(\S+)\s+\S+\s+(\S+)", deck, re.M)  # (ID, style) of those on lines of their own
+    own = list(dict.fromkeys(re.findall(r"^fix\s+(\S+)\s+\S+\s+(\S+)", deck, re.M)))  # (ID, style) of those on lines of their own
     lines = ["thermo_style one"]
     lines += [f'if "$(is_defined(dump,{name}))" then "undump {name}"' for name in re.findall(r"^dump\s+(\S+)", deck, re.M)]
     lines += [f'if "$(is_defined(fix,{name}))" then "unfix {name}"' for name, style in reversed(own) if OUTPUT.fullmatch(style)]
@@ -56,7 +56,8 @@ def timings(deck, seconds):
 def script(deck, folder, seconds):
     """Writes in.cost, which runs the other script for a while; its -var options. Files go to the folder."""
     text = deck.read_text(encoding="utf-8")
-    (folder / "timings.lmp").write_text(timings(text, max(1.0, 0.2 * seconds)), encoding="utf-8")
+    parts = "".join((deck.parent / name).read_text(encoding="utf-8") for name in re.findall(r"\$\{here\}/([\w.]+)", text))  # files that it includes
+    (folder / "timings.lmp").write_text(timings(parts + text, max(1.0, 0.2 * seconds)), encoding="utf-8")
     choices = ["-var", "out", str(folder / "out")] if re.search(r"^variable\s+out\s", text, re.M) else []
     last = f"print '{MARK} deck ended'"
     begin = f"timer timeout {seconds} every 10"

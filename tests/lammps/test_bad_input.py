@@ -62,6 +62,7 @@ WORDS = {
     "pair_style evp/lj {}": ("style", [
         ("contact sticky", "contact must be literal, repulsive, none or join, got 'sticky'"), ("contact {}", "contact must be literal, repulsive, none or join, got '{}'"),
         ("contact join", "'contact join' needs 'plasticity isotropic'"), ("contact join 0.9 plasticity isotropic", "a distance over R_i + R_j of 1 or more, got 0.9"),
+        ("contact join 1.2 every plasticity isotropic", "unknown keyword 'every'"), ("contact join all 1.2 plasticity isotropic", "unknown keyword '1.2'"),
         ("contact join 1.45 plasticity isotropic", "contact join 1.45 needs an alpha above 1.522"),
         ("contact", "Pair style evp/lj: keyword contact needs a value"), ("CONTACT none", "unknown keyword 'CONTACT'; it takes contact and overlap"),
         ("overlap nan", f"Pair style evp/lj: overlap {NUMBER} 'nan'"), ("overlap 0", "overlap must lie in (0, 1]"), ("overlap 1.1", "overlap must lie in (0, 1]"),
@@ -94,7 +95,9 @@ WORDS = {
         ("zone 1", "Fix bonds evp/bonds: zone must be greater than 1"), ("zone nan", f"Fix bonds evp/bonds: zone {NUMBER} 'nan'"), ("zone", "keyword zone needs a value"),
         ("zone 1.6", "zone 1.6 reaches beyond what the neighbor list can see, alpha = 1.5"), ("1.2", "unknown keyword '1.2'; it takes zone or file"),
         ("file", "keyword file needs a value"), ("zone 1.2 file one.bonds", "the bonds come from the zone or from a file"),
-        ("within", "keyword within needs a value"),
+        ("within", "keyword within needs a value"), ("new", "keyword new needs a value"), ("new maybe", "new must be yes (atoms that come later get bonds where they come) or no, got maybe"),
+        ("events nowhere/e.txt", "Fix bonds evp/bonds: cannot write the file of events 'nowhere/e.txt': check the folder"),
+        ("events e.txt", "events are those of bonds that end or begin, which the pair_style in force does not have: give it 'plasticity isotropic' or 'break'"),
         ("within TYPE", "within must be type or molecule (which atoms are one body), got 'TYPE'"), ("WITHIN type", "unknown keyword 'WITHIN'; it takes zone or file or within"),
         ("within molecule", "Fix bonds evp/bonds: within molecule needs atoms with molecule IDs: define 'fix ID all property/atom mol ghost yes' before it")]),
     FIX + "file {}": ("fix", [
