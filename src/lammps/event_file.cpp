@@ -12,12 +12,11 @@
 
 namespace EVP {
 
-EventFile::EventFile(LAMMPS *lmp, const std::string &name) : Pointers(lmp)
+EventFile::EventFile(LAMMPS *lmp, const std::string &who, const std::string &name) : Pointers(lmp)
 {
   if (comm->me == 0) file = fopen(name.c_str(), "w");
   if (!on_any(file != nullptr, world))
-    error->all(FLERR, "Fix {} evp/bonds: cannot write the file of events '{}': check the folder",
-               name);
+    error->all(FLERR, "{}: cannot write the file of events '{}': check the folder", who, name);
   if (file) fputs("# step i j what x y z\n", file);
 }
 

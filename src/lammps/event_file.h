@@ -24,7 +24,7 @@ struct BondEvent {
 class EventFile : protected Pointers {
  public:
   /// Begins it anew; stops where it cannot be written.
-  EventFile(LAMMPS *, const std::string &name);
+  EventFile(LAMMPS *, const std::string &who, const std::string &name);
   ~EventFile() override;
 
   /// Collective. Appends those of all MPI ranks since the last call, in order, and clears them. What ranks have met twice

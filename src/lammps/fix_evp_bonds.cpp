@@ -36,7 +36,7 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
                       "must be yes (atoms that come later get bonds where they come) or no");
           takes_new = word.value == "yes";
         } else if (word.is("events")) {
-          events = std::make_unique<EventFile>(this->lmp, word.value);
+          events = std::make_unique<EventFile>(this->lmp, who, word.value);
         } else if (word.is("zone")) {
           zone = word.number();
           word.demand(zone > 1.0,

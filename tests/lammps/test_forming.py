@@ -56,3 +56,21 @@ def test_the_tool_of_the_howto_page(thick, tmp_path):
     text += "compute force all reduce sum f_punch[2] f_punch[3] f_punch[4]\nthermo_style custom step c_force[3]\nthermo 1000\nrun 4000\n"
     force = run_lammps(text, 1, {}, tmp_path).ok().thermo()["c_force[3]"]
     assert force.min() < -1000.0 and force.max() <= 0.0
+
+
+bar = packed("bar.data", n=500)
+
+
+def test_a_seam_holds_what_was_pressed(bar, tmp_path):
+    """Of a cut body: nothing where it was only pulled, or where parts do not join; pressed by a fifth it holds some of what the solid does with the same history."""
+    def strength(**choices):
+        run = run_lammps("in.weld", 2, {"specimen": bar, "coeff": METAL, "pull": 0.08, "rate": 100, **choices}, tmp_path).ok()
+        strength, joined, _ = numbers(re.findall(r"^in.weld: .*", run.stdout, re.M)[-1])
+        return strength, joined
+
+    solid, _ = strength(cut="no")
+    pressed, joined = strength()
+    assert joined > 20 and 0.15 < pressed / solid < 0.6
+    for choices in ({"contact": "repulsive"}, {"press": 0, "rate": 20, "pull": 0.02}):
+        held, joined = strength(**choices)
+        assert joined == 0 and held < 0.01 * solid, choices

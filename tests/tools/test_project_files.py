@@ -181,7 +181,7 @@ def test_load_decks_take_body_and_material_by_the_same_lines():
     assert all(choices in text[name] and "${here}/body.lmp" in text[name] for name in LOADS)
     body, resumed = ((DECKS / name).read_text(encoding="utf-8") for name in ("body.lmp", "resume.lmp"))
     lines = re.findall(r"^(?:include +\$.specimen|read_evp_row|fix +(?:bonds|volume))[^#\n]*", body, re.M)
-    assert len(lines) == 4 and all(line.rstrip() in resumed for line in lines)
+    assert len(lines) == 4 and all(line.replace("${bodies}", "").rstrip() in resumed for line in lines)
 
 
 # ---- src/: the core knows no LAMMPS, and arrows point one way ----
