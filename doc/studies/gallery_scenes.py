@@ -185,6 +185,12 @@ def vbend(folder, text):
     return [Number("N", force, hinge * (265.0 + 426.0 * 0.05**0.34)), Number("degrees", bent), Number("degrees", bent - left)]
 
 
+def weld(_, text):
+    """Strength of a seam over that of the solid: not pressed, pressed by 20 and by 40 %, with contact join from 1.2 and from 1.0 on."""
+    found = [float(value) for value in re.findall(r"in.weld: strength (\S+) MPa", text)]
+    return [Number("", found[0] / found[1], 0.0), Number("", found[2] / found[3]), Number("", found[4] / found[5]), Number("", found[6] / found[7])]
+
+
 SCENES = {  # picture on the page: its numbers, of (folder, printed text)
     "force_law.png": two_spheres,
     "traction.png": pull,
@@ -196,6 +202,7 @@ SCENES = {  # picture on the page: its numbers, of (folder, printed text)
     "upset.png": upset,
     "extrude.png": extrude,
     "vbend.png": vbend,
+    "weld.png": weld,
     "shear.png": shear,
     "notched.png": notched,
     "impact.png": impact,
