@@ -225,3 +225,18 @@ def test_new_atoms_are_bonded_where_they_come(lmp, tmp_path, small, within):
     assert read_pairs(tmp_path / "again.bonds") == end and not any("bonds" in line for line in went_on.warnings())
     told = lmp(text.replace("new yes", "new no"), 1).ok().warnings()
     assert sum("atoms of its group came after the bonds were recorded" in line and "'new yes'" in line for line in told) == 1
+
+
+def test_bodies_join_under_volume_energy(lmp, tmp_path, small):
+    """Two bodies through each other, shaken: the volume energy does not jump as their pairs join, end and fail, and all ranks find the same."""
+    found, imbalance = [], []
+    for newton, ranks, steps in (("on", 1, 400), ("off", 2, 400), ("on", 4, 400), ("on", 1, 800)):
+        text = head(newton, "s s s") + pair(FLOWING._replace(gamma=30.0), "join 1.2 all plasticity isotropic break 0.5", "fix bonds all evp/bonds within type")
+        text += f"{SHAKE}fix volume all evp/volume 500\nfix energy all evp/energy\nfix move all nve\ntimestep {8e-5 / steps}\nthermo {steps}\n"
+        text += thermo("f_energy f_energy[9] f_bonds[5] f_bonds[6]") + f"run {steps}\nwrite_evp_bonds end.bonds\n"
+        table = lmp(text, ranks).ok().thermo()
+        assert table["f_bonds[6]"][-1] > 5 and table["f_bonds[5]"][-1] > 5, "control"
+        found.append(read_pairs(tmp_path / "end.bonds"))
+        imbalance.append(abs(table["f_energy"][-1] / table["f_energy[9]"][-1]))
+    assert largest_difference(found[1], found[0]) < 1e-6 and largest_difference(found[2], found[0]) < 1e-6
+    assert imbalance[0] < 2e-3 and imbalance[3] < 0.7 * imbalance[0]
