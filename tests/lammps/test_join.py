@@ -235,7 +235,7 @@ def test_bodies_join_under_volume_energy(lmp, tmp_path, small):
         text += f"{SHAKE}fix volume all evp/volume 500\nfix energy all evp/energy\nfix move all nve\ntimestep {8e-5 / steps}\nthermo {steps}\n"
         text += thermo("f_energy f_energy[9] f_bonds[5] f_bonds[6]") + f"run {steps}\nwrite_evp_bonds end.bonds\n"
         table = lmp(text, ranks).ok().thermo()
-        assert table["f_bonds[6]"][-1] > 5 and table["f_bonds[5]"][-1] > 5, "control"
+        assert min(table["f_bonds[6]"][-1], table["f_bonds[5]"][-1]) > 2, "control"
         found.append(read_pairs(tmp_path / "end.bonds"))
         imbalance.append(abs(table["f_energy"][-1] / table["f_energy[9]"][-1]))
     assert largest_difference(found[1], found[0]) < 1e-6 and largest_difference(found[2], found[0]) < 1e-6
