@@ -67,6 +67,7 @@ METALS = {
     "aluminium_2024T351": Metal("aluminium 2024-T351", 73e9, (265e6, 426e6, 0.34), 2770.0, 0.33, BALLISTICS),
     "aluminium_6061T6": Metal("aluminium 6061-T6", 68.9e9, (324e6, 114e6, 0.42), 2700.0, 0.33,
                               "Lesuer, Kay and LeBlanc, Modeling large-strain, high-rate deformation in metals, UCRL-JC-134118, 2001"),
+    "copper_OFHC": Metal("OFHC copper", 124e9, (90e6, 292e6, 0.31), 8960.0, 0.34, BALLISTICS),
     "copper_taylor": Metal("copper of the Taylor benchmark", 117e9, (400e6, 100e6, 1.0), 8930.0, 0.35,
                            "The usual benchmark of a copper bar of 32.4 x 6.4 mm at 227 m/s: yield 400 MPa, linear hardening 100 MPa"),
     "steel_304": Metal("304 stainless steel, annealed", 193e9, (0.0, *from_handbook(240e6, 580e6)), 7900.0, 0.29,
