@@ -51,13 +51,14 @@ class Bench(NamedTuple):
         return self.lmp(text, self.ranks)
 
 
-def collide(bench, row, shift, speed, style, limits, every, steps):
-    """Two bodies of 27 spheres with no bond between them meet at this speed along x, one shifted by `shift` from the other; run, mass, energy of the motion."""
+def collide(bench, row, shift, speed, style, limits, every, steps, contact="repulsive", more=""):
+    """Two bodies of 27 spheres with no bond between them meet at this speed along x, one shifted by `shift` from the other; run, mass, energy of the motion.
+    more: columns of the thermo table."""
     one, two = lattice_body((3, 3, 3), seed=1), lattice_body((3, 3, 3), seed=2)
     body = one._replace(x=np.concatenate([one.x, two.x + shift]), radius=np.concatenate([one.radius, two.radius]), types=np.ones(54, dtype=int),
                         box=np.array([[-0.5, 0.5]] * 3))
     write_body(bench.folder / "body.data", body)
-    text = head() + pair(row, "repulsive") + f"group one id 1:27\ngroup two id 28:54\nvelocity one set {speed / 2} 0 0\nvelocity two set {-speed / 2} 0 0\n"
-    text += f"fix move all {style}\n" + ledger(every, f"fix step all dt/evp {limits} displacement 0.1")
+    text = head() + pair(row, contact) + f"group one id 1:27\ngroup two id 28:54\nvelocity one set {speed / 2} 0 0\nvelocity two set {-speed / 2} 0 0\n"
+    text += f"fix move all {style}\n" + ledger(every, f"fix step all dt/evp {limits} displacement 0.1", more)
     mass = mass_of(body.radius)
     return bench.run(text + dump(every=steps) + f"run {steps}\n").ok(), mass, 0.5 * mass.sum() * (speed / 2) ** 2
