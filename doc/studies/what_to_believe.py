@@ -1,37 +1,32 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""What a metal of spheres does beside handbook and closed form: tension, compression, shear, release, a cube, imprints, the Taylor bar.
+"""What a metal of spheres does beside its flow curve and closed forms: tension, compression, upsetting, V-bending, extrusion, shear, release, volume, imprints, the Taylor bar.
 
-tools/calibrate.py makes the row of a 304 steel; bodies are others than the one it was found on. About 30 minutes on two cores.
+Rows of potentials/metals.evp; bodies are others than those they were found on. About 20 minutes on one core.
 """
 
 import re
-import sys
 
 from study import CHECKOUT, Study
 import numpy as np
 from evp import curves, dump, specimen
+from evp.calibration import MISES
+from metals import METALS, targets_of
 
-STEEL = {"E": 193e9, "yield": 240e6, "stress": (400e6, 0.05), "nu": 0.29, "density": 7900.0}  # the usual values of annealed 304, nominal
-ALUMINIUM = {"E": 73e9, "nu": 0.33}  # 2024-T351, of the row below
-METALS = CHECKOUT / "potentials" / "metals.evp"
-COPPER = f"{METALS}:copper_taylor"
+POTENTIALS = CHECKOUT / "potentials" / "metals.evp"
+STEEL, ALUMINIUM = "steel_304", "aluminium_2024T351"
+COPPER = f"{POTENTIALS}:copper_taylor"
 LENGTH, FOOT = 0.0214, 0.0071  # [m] of the Taylor bar of 32.4 x 6.4 mm at 227 m/s, foot radius; the usual benchmark
 BALL, DEPTH, PLASTIC = 0.015, 0.1, 0.08  # radius [m], depth over it; plastic strain of the flow stress beside the hardness (Tabor)
 BRACKET = """region whole block 0 0.06 -0.018 0.018 -0.008 0.008
 region rest block 0.01 INF -0.008 INF INF INF side out
 region body intersect 2 whole rest
 """  # legs of 60 and 36 mm, 10 mm thick, 16 mm wide
-STRAINS, ENDS = (0.02, 0.05, 0.1), (0.03, 0.1, -0.1, -0.2, -0.4)
-
-
-def material(study):
-    """FILE:ROW of the steel."""
-    path = study.runs.folder / "steel.evp"
-    words = ["--E", STEEL["E"], "--yield", STEEL["yield"], "--stress", "{:g}@{:g}".format(*STEEL["stress"]), "--nu", STEEL["nu"], "--density", STEEL["density"]]
-    if not path.exists():
-        study.runs.keep("calibration", [sys.executable, CHECKOUT / "tools" / "calibrate.py", *words, "--name", "steel_304", "--out", path])
-    return f"{path}:steel_304"
+STRAINS, ENDS, FAR = (0.02, 0.05, 0.1), (0.03, 0.1, 0.2, -0.1, -0.4), {"tension": 0.2, "compression": -0.4}
+FRICTION, PRESSED = 0.1, 0.5  # of the upset cylinder
+BENT = 0.05  # plastic strain of the flow stress beside the force of V-bending
+SHEARED, SMOOTH = 4.0, 20  # shear strain with contact join; rows over which its stress is averaged
+LIMITS, FIRST = (5.0, 10.0, 15.0), 0.02  # [%]; strain from which they are asked for
 
 
 def pulled(study, name, body, row, strain, increment=0.002, **more):
@@ -46,25 +41,74 @@ def true_stress(curve, strain):
     return np.interp(abs(strain), way, stress) * (1.0 + strain)
 
 
-def sheared(study, row):
-    """Rows of simple shear of a periodic body."""
+def verdict(operation, beside, strain, off):
+    """Row of an operation: the strains up to which it is within each of LIMITS, of its differences [%] at strains."""
+    strain, off = (np.atleast_1d(values)[np.atleast_1d(strain) >= FIRST] for values in (strain, off))
+    beyond = [np.flatnonzero(np.abs(off) > limit) for limit in LIMITS]
+    ends = [strain[-1] if not len(at) else strain[at[0] - 1] if at[0] else None for at in beyond]
+    worst = int(np.argmax(np.abs(off)))
+    return (operation, beside, *("-" if end is None else f"{end:.2f}" for end in ends), f"{strain[-1]:.2f}", f"{off[worst]:+.1f} at {strain[worst]:.2f}")
+
+
+def along(curve, targets):
+    """(true strains, differences from the flow curve [%]) of a Curve on its first way."""
+    way, stress, sign = curves.first_way(curve.strain, curve.virial)
+    strain, true = np.abs(np.log1p(sign * way))[1:], (stress * (1.0 + sign * way))[1:]
+    return strain, 100.0 * (true / targets.curve.true_stress(strain, targets.modulus) - 1.0)
+
+
+def sheared(study, row, targets):
+    """Rows of simple shear of a periodic body in its elastic part; strains and differences of its stress, with contact join, from that of the flow curve by von Mises [%]."""
     body = study.runs.body("periodic", n=1000, shape="periodic", length=0.03)
     study.runs.run("in.shear", "sheared", specimen=body, material=row, strain=0.01, row=0.0002, rate=20)
-    curve = curves.read_curve(study.runs.folder / "sheared.csv")
+    study.runs.run("in.shear", "sheared_far", specimen=body, material=row, strain=SHEARED, row=0.005, rate=200, contact="join", dtfraction=0.7)
+    curve, far = (curves.read_curve(study.runs.folder / f"{name}.csv") for name in ("sheared", "sheared_far"))
     modulus = curves.modulus(curve.strain, curve.virial)
     first = curves.yield_stress(curve.strain, curve.virial, modulus)
-    return [("shear modulus [GPa]", f"{modulus / 1e9:.1f}", f"{STEEL['E'] / 2e9 / (1.0 + STEEL['nu']):.1f}", "E/(2 (1 + nu))"),
-            ("0.2 % yield stress over that of tension", f"{first / STEEL['yield']:.3f}", f"{3.0 ** -0.5:.3f}", "von Mises")]
+    strain, stress = (np.convolve(values, np.full(SMOOTH, 1.0 / SMOOTH), "valid") for values in (far.strain, far.virial))
+    return [("shear modulus [GPa]", f"{modulus / 1e9:.1f}", f"{targets.modulus / 2e9 / (1.0 + targets.nu):.1f}", "E/(2 (1 + nu))"),
+            ("0.2 % yield stress over that of tension", f"{first / targets.curve.offset_yield(targets.modulus):.3f}", f"{1.0 / MISES:.3f}", "von Mises")], \
+        strain, 100.0 * (stress * MISES / targets.curve.true_stress(strain / MISES, targets.modulus) - 1.0)
+
+
+def upset(study, row, targets):
+    """Strains, and differences [%] of the force on an upset cylinder from the slab method: flow stress times the area times 1 + mu d/(3 h)."""
+    length, radius = 0.03, 0.01
+    body = study.runs.body("billet", n=study.spheres, length=length, radius=radius, density=targets.density)
+    study.runs.run("in.upset", "upset", specimen=body, material=row, friction=FRICTION, strain=PRESSED, speed=5)
+    read = study.runs.curve("upset", "strain", "force_upper")
+    kept = read["strain"] > FIRST
+    height, force = 1.0 - read["strain"][kept], read["force_upper"][kept]
+    wide = 2.0 * radius / np.sqrt(height)
+    slab = targets.curve.true_stress(-np.log(height), targets.modulus) * np.pi * wide**2 / 4.0 * (1.0 + FRICTION * wide / (3.0 * length * height))
+    return -np.log(height), 100.0 * (force / slab - 1.0)
+
+
+def vbend(study, row, targets):
+    """Difference [%] of the force of V-bending from that of a plastic hinge, and [degrees] bent and sprung back."""
+    body = study.runs.body("sheet", n=study.spheres, shape="block", length=0.06, width=0.02, height=0.008)
+    text = study.runs.run("in.vbend", "vbend", specimen=body, material=row, travel=0.008)
+    force, bent, left, hinge = map(float, re.search(r"in.vbend: (\S+) N at the end; bent by (\S+) degrees, released (\S+) are left; a plastic hinge takes (\S+) N", text).groups())
+    return 100.0 * (1e6 * force / hinge / targets.curve.at(BENT) - 1.0), bent, bent - left
+
+
+def extrude(study, row, targets):
+    """ln ratio, and difference [%] of the ram's pressure, with contact join and without friction, from Johnson's mean flow stress times 0.8 + 1.2 ln ratio."""
+    body = study.runs.body("rod", n=study.spheres, length=0.03, radius=0.01, density=targets.density)
+    text = study.runs.run("in.extrude", "extrude", specimen=body, material=row, speed=10, friction=0, contact="join")
+    pressure, ideal = map(float, re.search(r"ram pressure (\S+) MPa .*, ln ratio is (\S+)", text).groups())
+    mean = np.mean(targets.curve.at(np.linspace(0.0, ideal, 1000)))
+    return ideal, 100.0 * (1e6 * pressure / mean / (0.8 + 1.2 * ideal) - 1.0)
 
 
 def imprint(study, name, metal, row, spheres, tension):
     """Cells of an indentation: flow stress (true, at the plastic strain beside the hardness), contact radius in diameters, hardness over flow stress, recovery over that of Hertz."""
-    flow_stress = true_stress(tension, np.expm1(PLASTIC + true_stress(tension, PLASTIC) / metal["E"]))
+    flow_stress = true_stress(tension, np.expm1(PLASTIC + true_stress(tension, PLASTIC) / metal.modulus))
     body = study.runs.body(f"plate_{spheres}", n=spheres, shape="block", length=0.02, width=0.05, height=0.05)
     text = study.runs.run("in.indent", f"{name}_{spheres}", specimen=body, material=row, tool_radius=BALL, depth=DEPTH * BALL)
     force, radius, diameters, hardness, left = map(float, re.search(
         r"a force of (\S+) N, a contact radius of (\S+) m = (\S+) diameters of a sphere, a hardness of (\S+) MPa; released: .*, (\S+) % of the depth", text).groups())
-    hertz = 0.75 * force * (1.0 - metal["nu"] ** 2) / (metal["E"] * radius) / (DEPTH * BALL)
+    hertz = 0.75 * force * (1.0 - metal.nu**2) / (metal.modulus * radius) / (DEPTH * BALL)
     return [name, spheres, f"{diameters:.2f}", f"{flow_stress / 1e6:.0f}", f"{hardness:.0f}", f"{1e6 * hardness / flow_stress:.2f}",
             f"{left:.1f}", f"{100.0 - left:.1f}", f"{(1.0 - 0.01 * left) / hertz:.2f}"]
 
@@ -78,36 +122,46 @@ def taylor(study, spheres):
 
 
 def main(words=None):
-    with Study(__doc__, "what_to_believe", spheres=2000, plates=[4000, 16000], bars=[2000, 8000]).started(words) as study:
-        row, body = material(study), study.runs.body("other", n=study.spheres, seed=2)
+    with Study(__doc__, "what_to_believe", spheres=2000, plates=[4000], bars=[2000, 8000]).started(words) as study:
+        row, alloy, body = f"{POTENTIALS}:{STEEL}", f"{POTENTIALS}:{ALUMINIUM}", study.runs.body("other", n=study.spheres, seed=2)
+        steel, aluminium = targets_of(METALS[STEEL]), targets_of(METALS[ALUMINIUM])
+        ends = {strain: pulled(study, f"to_{strain}", body, row, strain, 0.004) for strain in ENDS}
+        far = {name: ends[strain] for name, strain in FAR.items()}
+        elastic, *shear = sheared(study, row, steel)
+        force, bent, sprang = vbend(study, row, steel)
+        verdicts = [*(verdict(name, "flow curve, true stress", *along(curve, steel)) for name, curve in far.items()),
+                    verdict("upsetting", f"slab method, friction {FRICTION}", *upset(study, row, steel)),
+                    verdict("V-bending", f"plastic hinge, flow stress at {100 * BENT:g} %", BENT, force),
+                    verdict("extrusion, contact join", "mean flow stress (0.8 + 1.2 ln ratio), Johnson", *extrude(study, row, steel)),
+                    verdict("shear, contact join", "flow curve, von Mises", *shear)]
         tension, compression = (pulled(study, name, body, row, sign * STRAINS[-1], cycles=1, lower="release") for name, sign in (("tension", 1), ("compression", -1)))
-        far = {name: pulled(study, f"{name}_far", body, row, strain, 0.004) for name, strain in (("tension", 0.2), ("compression", -0.4))}
         cube = study.runs.body("cube", n=study.spheres, shape="block", length=0.02, width=0.02, height=0.02)
         pressed = pulled(study, "cube_pressed", cube, row, -0.2, 0.004, cycles=1, lower="release")
         (study.runs.folder / "bracket.region").write_text(BRACKET, encoding="utf-8")
         bracket = study.runs.body("bracket", n=study.spheres, shape="region", region="bracket.region", length=0.06, width=0.038, height=0.018)
-        bent = pulled(study, "bracket_pulled", bracket, row, 0.03, 0.001, cycles=1, lower="release")
-        ratios = [(f"{100 * e:g} %", *(f"{true_stress(curve, s) / 1e6:.0f}" for curve, s in ((tension, e), (compression, -e))),
-                   f"{true_stress(compression, -e) / true_stress(tension, e):.3f}") for e in STRAINS]
+        pulled_bracket = pulled(study, "bracket_pulled", bracket, row, 0.03, 0.001, cycles=1, lower="release")
+        alike = [(f"{100 * e:g} %", *(f"{true_stress(curve, s) / 1e6:.0f}" for curve, s in ((tension, e), (compression, -e))),
+                  f"{steel.curve.true_stress(np.log1p(e), steel.modulus)[0] / 1e6:.0f}", f"{true_stress(compression, -e) / true_stress(tension, e):.3f}") for e in STRAINS]
         volumes = []
         for strain in ENDS:
-            pulled(study, f"volume{strain}", body, row, strain, 0.004)
-            places = dump.last_positions(study.runs.folder / f"volume{strain}_state.dump")
+            places = dump.last_positions(study.runs.folder / f"to_{strain}_state.dump")
             axial, lateral = specimen.middle_strains(specimen.read_data(study.runs.folder / body), places, 0.05)
             volumes.append((f"{100 * strain:+g} %", f"{100 * ((1.0 + axial) * (1.0 + lateral) ** 2 - 1.0):+.2f}"))  # of the middle
-        turned = {"tension to 10 %": tension, "compression to 10 %": compression, "cube pressed by 20 %": pressed, "L-bracket pulled along its long leg": bent}
+        turned = {"tension to 10 %": tension, "compression to 10 %": compression, "cube pressed by 20 %": pressed, "L-bracket pulled along its long leg": pulled_bracket}
         left = {name: curves.cycle_numbers(curve) for name, curve in turned.items()}
         released = [(name, f"{100 * one['turn_strain']:.2f}", f"{one['turn_MPa']:.0f}", f"{100 * one['residual_strain']:.3f}",
-                     f"{100 * one['turn_MPa'] * 1e6 / STEEL['E']:.3f}", f"{100 * (one['turn_strain'] - one['residual_strain']):.3f}") for name, one in left.items()]
-        alloy = f"{METALS}:aluminium_2024T351"
-        indented = [("304", STEEL, row, tension), ("2024-T351", ALUMINIUM, alloy, pulled(study, "alloy", body, alloy, STRAINS[-1]))]
+                     f"{100 * one['turn_MPa'] * 1e6 / steel.modulus:.3f}", f"{100 * (one['turn_strain'] - one['residual_strain']):.3f}") for name, one in left.items()]
+        bars = [taylor(study, spheres) for spheres in study.each(study.bars, lambda n: f"bar of {n}", lambda n: n**1.3)]
+        indented = [("304", steel, row, tension), ("2024-T351", aluminium, alloy, pulled(study, "alloy", body, alloy, STRAINS[-1]))]
         imprints = [imprint(study, name, metal, own, spheres, curve) for spheres in
                     study.each(study.plates, lambda n: f"plates of {n}", lambda n: n**1.3) for name, metal, own, curve in indented]
-        bars = [taylor(study, spheres) for spheres in study.each(study.bars, lambda n: f"bar of {n}", lambda n: n**1.3)]
-        study.draw({name: (100.0 * np.abs(np.log1p(curve.strain)), np.abs(curve.virial) * (1.0 + curve.strain) / 1e6) for name, curve in far.items()},
+        sizes = np.linspace(0.0, 0.5, 100)
+        study.draw({"flow curve": (100.0 * sizes, steel.curve.true_stress(sizes, steel.modulus) / 1e6),
+                    **{name: (100.0 * np.abs(np.log1p(curve.strain)), np.abs(curve.virial) * (1.0 + curve.strain) / 1e6) for name, curve in far.items()}},
                    ("curve", "strain_percent", "stress_MPa"), xlabel="true strain [%]", ylabel="true stress [MPa]", ylim=(0, None))
-        study.write(spheres=study.spheres, shear=(("", "measured", "of a metal", ""), sheared(study, row)),
-                    ratios=(("strain", "tension [MPa]", "compression [MPa]", "compression over tension"), ratios),
+        study.write(spheres=study.spheres, shear=(("", "measured", "of a metal", ""), elastic), sheared=f"{SHEARED:g}", first=f"{FIRST:g}", bent=f"{bent:.1f}", sprang=f"{sprang:.2f}",
+                    verdicts=(("operation", "compared with", *(f"within {limit:g} % up to" for limit in LIMITS), "measured up to", "largest difference [%]"), verdicts),
+                    alike=(("strain", "tension [MPa]", "compression [MPa]", "flow curve [MPa]", "compression over tension"), alike),
                     released=(("load", "strain [%]", "stress [MPa]", "strain left [%]", "stress/E [%]", "sprang back [%]"), released),
                     volumes=(("strain", "volume [%]"), volumes),
                     imprints=(("metal", "N", "contact radius [diameters]", "flow stress [MPa]", "hardness [MPa]", "over the flow stress",
