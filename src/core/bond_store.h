@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <vector>
 
@@ -271,7 +272,7 @@ class BondStore {
   /// A bond of atom i has ended. The atom with the lower ID counts it.
   void end(int i, int64_t partner)
   {
-    if (erase(i, partner) && recorded_as[i] < partner) nended++;
+    if (erase(i, partner) && id_of(i) < partner) nended++;
   }
   void count(int64_t more_ended, int64_t more_begun)
   {
@@ -287,7 +288,7 @@ class BondStore {
     const auto at = std::lower_bound(own.begin(), own.end(), bond, precedes);
     if (at != own.end() && at->partner == partner) return;
     own.insert(at, bond);
-    if (recorded_as[i] < partner) nbegun++;
+    if (id_of(i) < partner) nbegun++;
   }
 
   /// The partner of a bond of atom i was deleted. The slips that wait are those of the bonds that are left; with history only.
@@ -300,7 +301,11 @@ class BondStore {
   }
 
   /// Did this atom come after the recording?
-  bool is_new(int i) const { return recorded_as[i] == 0; }
+  bool is_new(int i) const { return recorded_as[i] <= 0; }
+
+  /// Such an atom that nobody has looked at yet, to record it or to leave it loose.
+  bool is_unseen(int i) const { return recorded_as[i] == 0; }
+  void leave_loose(int i, int64_t id) { recorded_as[i] = -id; }
 
   /// The bond of a local atom with a partner, nullptr if they were not recorded.
   const BondRecord *find(int i, int64_t partner) const
@@ -335,7 +340,7 @@ class BondStore {
   {
     int64_t found = 0;
     for (int i = 0; recorded && i < nlocal; i++)
-      if (recorded_as[i] == 0 ? ids[i] <= highest : recorded_as[i] != ids[i]) found = ids[i];
+      if (is_unseen(i) ? ids[i] <= highest : id_of(i) != ids[i]) found = ids[i];
     return found;
   }
 
@@ -440,7 +445,7 @@ class BondStore {
   int64_t npairs = 0, highest = 0, nended = 0, nbegun = 0;
 
   // per atom
-  std::vector<int64_t> recorded_as;
+  std::vector<int64_t> recorded_as;    // ID, negative of those that were left loose; 0: unseen
   std::vector<Bonds> bonds;
   std::vector<Sphere> spheres;                        // with history only
   std::vector<std::vector<Remembered>> remembered;    // with history only
@@ -460,6 +465,8 @@ class BondStore {
     memcpy((void *) &value, words, sizeof(value));
     return words + sizeof(value) / sizeof(double);
   }
+
+  int64_t id_of(int i) const { return std::abs(recorded_as[i]); }
 
   bool erase(int i, int64_t partner)
   {

@@ -349,8 +349,9 @@ class BondReader {
     SphereLine sphere = {parse_whole("id", words[1], 1), {}};
     for (int k = 0; k < SphereLine::NVALUES; k++) {
       sphere.values[k] = parse_number("a value of a sphere", words[2 + k]);
-      if (!(sphere.values[k] >= 0.0) && k != SphereLine::RHO)
-        throw BadInput("values of a sphere but rho0 must be zero or positive, got " +
+      if (!(sphere.values[k] >= 0.0) && k != SphereLine::RHO && k != SphereLine::GAP &&
+          k != SphereLine::LOST)
+        throw BadInput("values of a sphere but rho0, gap and lost must be zero or positive, got " +
                        shown(words[2 + k]));
     }
     for (const int k : {SphereLine::BONDS, SphereLine::RECORDED})

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <functional>
 #include <initializer_list>
 #include <vector>
@@ -243,6 +242,7 @@ struct EndingBonds final : PairConsumer {
 /// apart.
 struct BeginningBonds final : PairConsumer {
   std::vector<int> found, released;         ///< indices of pairs
+  std::vector<int> entered;                 ///< of two bodies, that came as near
   std::vector<double> squared_distances;    ///< of those found, as the forces saw them [length^2]
   double within = 0.0, apart = 0.0;         ///< squares of both distances over R_i + R_j
 
@@ -250,6 +250,7 @@ struct BeginningBonds final : PairConsumer {
   {
     found.clear();
     released.clear();
+    entered.clear();
     squared_distances.clear();
   }
 
@@ -262,16 +263,23 @@ struct BeginningBonds final : PairConsumer {
         count += (int) (block.distance_squared(k) <= within * block.cutsq[k]);
       return count;
     });
-    if (near == 0 && !memchr(join, PairList::NOT_BEFORE_APART, block.n)) return;
+    if (near == 0 && std::none_of(join, join + block.n, keeps_inside)) return;
     for (int k = 0; k < block.n; k++) {
       const double dsq = block.distance_squared(k);
-      if (join[k] == PairList::NOT_BEFORE_APART && dsq > apart * block.cutsq[k])
+      if (keeps_inside(join[k]) && dsq > apart * block.cutsq[k])
         released.push_back(range.first + k);
-      if (join[k] != PairList::MAY || dsq > within * block.cutsq[k]) continue;
+      if (keeps_inside(join[k]) || dsq > within * block.cutsq[k]) continue;
+      if (join[k] != 0) {
+        entered.push_back(range.first + k);
+        continue;
+      }
       found.push_back(range.first + k);
       squared_distances.push_back(dsq);
     }
   }
+
+ private:
+  static bool keeps_inside(char join) { return join & PairList::NOT_BEFORE_APART; }
 };
 
 /// Adds the forces of all interacting pairs of a list to view.f: what one time step does, and nothing else. Everything a

@@ -139,8 +139,8 @@ class PairList {
   std::vector<double> inv_deq_next, dissipated;    ///< see FlowArrays
   std::vector<char> any_flow;
 
-  /// Of contacts that may become bonds: what keeps a pair from it. Else empty.
-  enum Join : char { MAY, NOT_BEFORE_APART, NEVER };
+  /// Of contacts that may become bonds: what keeps a pair from it, 0 nothing; bits. Else empty.
+  enum Join : char { NOT_BEFORE_APART = 1, OF_TWO_BODIES = 2 };
   std::vector<char> join;
   bool joins = false;
 
@@ -204,7 +204,7 @@ class PairList {
     row.first = first;
     row.last = first + n;
     count += n;
-    if (joins) join.resize(count, MAY);
+    if (joins) join.resize(count, 0);
   }
 
   double cutoff_squared(double cutoff) const { return EVP::cutoff_squared(cutoff, margin); }

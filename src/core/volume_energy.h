@@ -93,16 +93,25 @@ class VolumeLaw {
     return {{rho, slope}, before.gap + lost, 1.0, before.lost + lost};
   }
 
-  /// The reference after pairs without a bond have become bonds that have this share of the density now. The
-  /// energy does not jump, unless the bonds alone are denser than at rest.
+  /// The reference after pairs without a bond have become bonds that have this share of the density now: the energy does
+  /// not jump, and new pairs push from the same density on as before.
   static VolumeReference with(const VolumeReference &before, const DensityNow &now, double share)
   {
+    const double pushes_from = before.own.rho + before.gap, bonded = now.bonded + share;
     VolumeReference after = before;
-    const double denser = now.bonded + share - std::max(before.own.rho, now.bonded);
-    const double moved = before.torn != 0.0 ? share : std::min(before.gap, std::max(0.0, denser));
-    after.own.rho += moved;
-    after.gap = std::max(0.0, before.gap - moved);
-    after.lost = std::max(0.0, before.lost - (before.torn != 0.0 ? share : 0.0));
+    if (before.torn != 0.0) {
+      after.own.rho += share;
+      after.lost -= share;
+    } else {
+      const auto beyond = [](double density, double from) {
+        return std::max(0.0, density - from);
+      };
+      const double own = beyond(now.bonded, before.own.rho), then = beyond(now.bonded, pushes_from),
+                   counted = beyond(bonded, pushes_from);
+      const double denser = std::sqrt(own * own - then * then + counted * counted);
+      after.own.rho = denser > 0.0 ? bonded - denser : std::max(before.own.rho, bonded);
+    }
+    after.gap = pushes_from - after.own.rho;
     return after;
   }
 

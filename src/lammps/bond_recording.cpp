@@ -40,24 +40,25 @@ void BondRecording::record_zone(const NeighList *list, double zone_in, const Pai
 
   PerAtomComm::Values takes(owner_x.size(), 1.0);    // one of the pair must be so
   for (size_t k = 0; store && k < takes.size(); k++)
-    takes[k] = k / 3 < (size_t) atom->nlocal && store->is_new((int) (k / 3));
+    takes[k] = k / 3 < (size_t) atom->nlocal && store->is_unseen((int) (k / 3));
   if (store) exchange.forward_comm(takes);
 
   made.resize(atom->nlocal);
   remembered.resize(atom->nlocal);
+  inside.resize(atom->nlocal);
+  const PairRules &rules = pair_data->rules;
+  const double reach = store && rules.joins() ? APART * rules.join.within : 0.0;
   BondStore::Bonds own;    // of one atom: copies take no more room than they need
   std::string complaint;
   const int *mask = atom->mask;
   for (int ii = 0; ii < list->inum; ii++) {
     const int i = list->ilist[ii];
-    if (!(mask[i] & fix->groupbit)) continue;
     own.clear();
     for (int jj = 0; jj < list->numneigh[i]; jj++) {
       if (scene::is_excluded(force, list->firstneigh[i][jj])) continue;
       const int j = list->firstneigh[i][jj] & NEIGHMASK;
       const double alpha = pair_data->alpha_of(atom->type[i], atom->type[j]);
-      if (!(mask[j] & fix->groupbit) || alpha == 0.0) continue;
-      if (takes[(size_t) 3 * i] + takes[(size_t) 3 * j] == 0.0) continue;
+      if (alpha == 0.0 || takes[(size_t) 3 * i] + takes[(size_t) 3 * j] == 0.0) continue;
 
       // from either side the same to the last bit, so that both atoms decide alike: the position of a ghost has
       // round-off, which differs between the images of i and of j
@@ -65,6 +66,9 @@ void BondRecording::record_zone(const NeighList *list, double zone_in, const Pai
       const double dsq = dot(r, r);
       const double sum_radii = atom->radius[i] + atom->radius[j];
       const double zone_here = (zone > 0.0 ? zone : alpha) * sum_radii;
+      if (dsq <= reach * sum_radii * (reach * sum_radii))
+        inside[i].push_back({atom->tag[j], sum_radii, Remembered::INSIDE});
+      if (!(mask[i] & mask[j] & fix->groupbit)) continue;
       if (dsq > cutoff_squared(zone_here, RECORD_MARGIN)) continue;
       if (in_different_bodies(atom, within, i, j)) {
         if (dsq < cutoff_squared(sum_radii, -RECORD_MARGIN)) overlaps++;
@@ -287,21 +291,25 @@ void BondRecording::give_to(BondStore &store)
   }
 }
 
-void BondRecording::add_to(BondStore &store) const
+void BondRecording::add_to(BondStore &store, bool takes) const
 {
   int64_t highest = store.highest_id();
   std::array<bigint, 2> counts{};    // atoms that are new; sides of pairs
   for (int i = 0; i < atom->nlocal; i++) {
-    const bool is_new = store.is_new(i) && (atom->mask[i] & fix->groupbit);
-    if (!is_new && made[i].empty()) continue;
-    counts[0] += is_new;
-    counts[1] += (bigint) made[i].size();
+    const bool is_new = store.is_unseen(i);
     highest = std::max(highest, (int64_t) atom->tag[i]);
-    store.add(i, atom->tag[i], made[i]);
+    if (is_new) store.leave_loose(i, atom->tag[i]);
+    if (takes && (atom->mask[i] & fix->groupbit) && (is_new || !made[i].empty())) {
+      counts[0] += is_new;
+      counts[1] += (bigint) made[i].size();
+      store.add(i, atom->tag[i], made[i]);
+    }
+    for (const Remembered &one : inside[i])
+      if (!store.find(i, one.partner)) store.remembered_of(i).push_back(one);
   }
   counts = reduce_all(counts, MPI_SUM, world);
   store.note_added(counts[1] / 2, reduce_all(highest, MPI_MAX, world));
-  if (comm->me == 0)
+  if (comm->me == 0 && counts[0] > 0)
     utils::logmesg(lmp, "fix evp/bonds {}: recorded {} pairs {} of {} new atoms at step {}\n",
                    fix->id, counts[1] / 2, source, counts[0], update->ntimestep);
 }

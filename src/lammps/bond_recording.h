@@ -25,7 +25,7 @@ class BondRecording : protected Pointers {
   }
 
   /// Collective. The pairs of a full neighbor list within zone (R_i + R_j), or within alpha where zone is 0. store: of a
-  /// body that was recorded before: only pairs with an atom that came after that. Throws BadInput on all MPI ranks.
+  /// body that was recorded before: only pairs with an atom that nobody has looked at since. Throws BadInput on all MPI ranks.
   void record_zone(const NeighList *, double zone, const class PairData *, WithPerAtomComm<Fix> &,
                    const BondStore *store = nullptr);
 
@@ -35,8 +35,9 @@ class BondRecording : protected Pointers {
   /// Collective. Cannot fail.
   void give_to(BondStore &);
 
-  /// Collective. Adds the pairs of new atoms, which are in the group, to those that it has.
-  void add_to(BondStore &) const;
+  /// Collective. Adds the pairs of new atoms in the group to those that it has; takes: or leaves them loose. Pairs that are near and no
+  /// bonds join only once they have been apart.
+  void add_to(BondStore &, bool takes) const;
 
   /// What users should know of it once it was given. bodies_repel: each other.
   void report(const BondStore &, bool bodies_repel) const;
@@ -49,9 +50,10 @@ class BondRecording : protected Pointers {
   std::vector<BondStore::Bonds> made;                 // of each local atom
   std::vector<std::vector<Remembered>> remembered;    // of each local atom, from a file
   std::vector<std::pair<int, SphereLine>> spheres;
-  bigint ended = 0, begun = 0;       // bonds
-  JoinRule joins_by;                 // see BondStore
-  std::string source;                // for users
+  bigint ended = 0, begun = 0;                    // bonds
+  JoinRule joins_by;                              // see BondStore
+  std::string source;                             // for users
+  std::vector<std::vector<Remembered>> inside;    // of each local atom, of those with a new one
   bigint overlaps = 0, loose = 0;    // pairs of two bodies; atoms of the group without a molecule
   bigint special = 0;                // pairs that special_bonds keeps out of the neighbor list
   int64_t most = 0;                  // records of an atom

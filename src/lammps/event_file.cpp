@@ -12,7 +12,8 @@
 
 namespace EVP {
 
-EventFile::EventFile(LAMMPS *lmp, const std::string &who, const std::string &name) : Pointers(lmp)
+EventFile::EventFile(LAMMPS *lmp, const std::string &who_in, const std::string &name) :
+    Pointers(lmp), who(who_in)
 {
   if (comm->me == 0) file = fopen(name.c_str(), "w");
   if (!on_any(file != nullptr, world))
@@ -27,7 +28,7 @@ EventFile::~EventFile()
 
 void EventFile::write(std::vector<BondEvent> &events)
 {
-  const int here = (int) (events.size() * sizeof(BondEvent));
+  int here = (int) (events.size() * sizeof(BondEvent));
   std::vector<int> sizes(comm->nprocs), places(comm->nprocs, 0);
   MPI_Gather(&here, 1, MPI_INT, sizes.data(), 1, MPI_INT, 0, world);
   for (int rank = 1; rank < comm->nprocs; rank++) places[rank] = places[rank - 1] + sizes[rank - 1];
@@ -58,7 +59,8 @@ void EventFile::write(std::vector<BondEvent> &events)
                       BondEvent::NAMES[e.why], e.place[0], e.place[1], e.place[2])
               .c_str(),
           file);
-  fflush(file);
+  if (fflush(file) != 0 || ferror(file))
+    error->one(FLERR, "{}: cannot write the file of events: check the free space", who);
 }
 
 }    // namespace EVP

@@ -24,7 +24,7 @@ struct BondEvent {
 class EventFile : protected Pointers {
  public:
   /// Begins it anew; stops where it cannot be written.
-  EventFile(LAMMPS *, const std::string &who, const std::string &name);
+  EventFile(LAMMPS *, const std::string &who_in, const std::string &name);
   ~EventFile() override;
 
   /// Collective. Appends those of all MPI ranks since the last call, in order, and clears them. What ranks have met twice
@@ -32,6 +32,7 @@ class EventFile : protected Pointers {
   void write(std::vector<BondEvent> &);
 
  private:
+  const std::string who;
   FILE *file = nullptr;    // on the first rank
 };
 

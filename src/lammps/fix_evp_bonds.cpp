@@ -271,26 +271,29 @@ void FixEVPBonds::setup_pre_force(int /*vflag*/)
 {
   if (!bonds->has_recorded())
     record();
-  else if (takes_new)
+  else
     take_new_atoms();
 }
 
 void FixEVPBonds::pre_force(int /*vflag*/)
 {
   stepping = true;
-  if (takes_new && neighbor->ago == 0) take_new_atoms();
+  if (neighbor->ago == 0) take_new_atoms();
   pair_data->histories.begin_step();
 }
 
 // before the forces that see them first
 void FixEVPBonds::take_new_atoms()
 {
-  if (!on_any(bonds->count_new(atom->mask, groupbit, atom->nlocal) > 0, world)) return;
+  if (!takes_new && !pair_data->rules.joins()) return;
+  bool any = false;
+  for (int i = 0; i < atom->nlocal; i++) any = any || bonds->is_unseen(i);
+  if (!on_any(any, world)) return;
   BondRecording recording(lmp, this, who, bonds->within);
   stop_at_bad_input(error, who, [&] {
     record_from_list(recording, bonds.get());
   });
-  recording.add_to(*bonds);
+  recording.add_to(*bonds, takes_new);
   set_exchange_room();
 }
 

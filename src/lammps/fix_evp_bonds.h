@@ -27,7 +27,8 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   int setmask() override
   {
     using namespace FixConst;
-    return PRE_EXCHANGE | PRE_NEIGHBOR | MIN_PRE_NEIGHBOR | PRE_FORCE | MIN_PRE_FORCE | END_OF_STEP;
+    return PRE_EXCHANGE | MIN_PRE_EXCHANGE | PRE_NEIGHBOR | MIN_PRE_NEIGHBOR | PRE_FORCE |
+        MIN_PRE_FORCE | END_OF_STEP;
   }
   void init() override;
   void init_list(int, class NeighList *list_in) override { list = list_in; }
@@ -38,6 +39,7 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
 
   // flow and breaking, see EVP::PairHistories
   void pre_exchange() override { return_histories(); }
+  void min_pre_exchange() override { return_histories(); }
   void pre_force(int) override;
   void end_of_step() override;
   void post_run() override;

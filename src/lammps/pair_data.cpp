@@ -334,6 +334,7 @@ bool PairData::pack(const NeighList *neighbors)
                      implicit_groupbit, looks_first},
                     lists);
   if (looks_first) histories.note_look();
+  if (!rules.joins() && bonds()) histories.store().joins_by = {};
   if (is_first && bonds()) types.check(lists.bonds, volume());
   snapshot.finish();
   histories.note_packing();

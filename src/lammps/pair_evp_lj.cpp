@@ -101,6 +101,7 @@ void PairEVPLJ::settings(int narg, char **arg)
   std::vector<char *> words(arg, arg + narg);
   for (int k = 0; k + 2 < (int) words.size(); k += 2) {    // of contact join: a number, and all
     if (strcmp(words[k], "contact") != 0 || strcmp(words[k + 1], "join") != 0) continue;
+    chosen.join = PairRules().join;
     const auto next = words.begin() + k + 2;
     if (double within; is_number(*next, within)) {
       if (!(within >= 1.0))

@@ -218,37 +218,37 @@ void PairHistories::add_contact(int i, const PackedPair &bond, double d, const S
   if (rules.plastic) contacts.limit[contacts.size()] = limit_of(law, i, limits[bond.j]);
   contacts.add_row(i, 1);
   if (!contacts.joins) return;
-  if (divided && !rules.join.all)
-    contacts.join.back() = PairList::NEVER;
-  else if (!(d > APART * rules.join.within * left.cutoff))
-    contacts.join.back() = PairList::NOT_BEFORE_APART;
+  if (divided && !rules.join.all) contacts.join.back() |= PairList::OF_TWO_BODIES;
+  if (!(d > APART * rules.join.within * left.cutoff))
+    contacts.join.back() |= PairList::NOT_BEFORE_APART;
 }
 
 // likewise. What a contact stores is lost: one that comes from outside has nothing, unless it jumped
 void PairHistories::begin_bonds(PairWork *work, VolumeForces *volume)
 {
   PairList &bonds = lists.bonds, &contacts = lists.contacts;
-  for (const int k : begins.released) contacts.join[k] = PairList::MAY;
+  for (const int k : begins.released) contacts.join[k] &= ~PairList::NOT_BEFORE_APART;
+  for (const int k : begins.entered) contacts.join[k] |= PairList::NOT_BEFORE_APART;
   for (size_t n = 0; n < begins.found.size(); n++) {
     const int k = begins.found[n], i = contacts.owner_of(k);
     const PackedPair contact = contacts.pair(k);
     const double d = std::sqrt(begins.squared_distances[n]);
     const int law = coefficients.within_body(contact.law);
-    const double dlim =
-        coefficients.law(law).row.alpha * (atom->radius[i] + atom->radius[contact.j]);
+    const double alpha = coefficients.law(law).row.alpha;
+    const double dlim = alpha * (atom->radius[i] + atom->radius[contact.j]);
     if (work)
       work->end(coefficients.law(contact.law).state(d * contact.inv_deq, contact).stored,
                 rank_share(contact.j, lists.nreact));
     journal.push_back({i, contact.j, atom->tag[contact.j], d, PairEvent::BEGAN});
     note_event(i, contact.j, atom->tag[contact.j], BondEvent::JOINED);
-    if (d < contact.cut * rules.join.within / APART) jumps++;
+    if (d < contact.cut * rules.join.within / APART && !is_copy(i, contact.j)) jumps++;
     sums.add(i, contact.j, lists.nreact, FlowSums::ENDED, -1.0);
     demand_room(bonds, 1, error);
     bonds.set(bonds.size(), contact.j, d, dlim, law);
     bonds.limit[bonds.size()] = limit_of(law, i, limits[contact.j]);
     if (volume) {
       bonds.inv_dlim.resize(bonds.size());
-      bonds.inv_dlim.push_back(volume->pair_begins(lists, i, contact.j, d, dlim));
+      bonds.inv_dlim.push_back(volume->pair_begins(lists, i, contact.j, d, alpha));
     }
     bonds.add_row(i, 1);
   }
@@ -265,8 +265,7 @@ void PairHistories::end_far_bonds(PairWork *work)
     const double sum_radii = atom->radius[bond.i] + bond.radius;
     const double rest = rules.of_ended(sum_radii, bond.cutoff).deq;
     journal.push_back({bond.i, -1, bond.partner, rest, PairEvent::ENDED});
-    note_event(bond.i, bond.i, bond.partner,
-               rules.plastic ? BondEvent::AT_DLIM : BondEvent::FAILED);
+    note_event(bond.i, bond.i, bond.partner, bond.at_dlim ? BondEvent::AT_DLIM : BondEvent::FAILED);
     sums.of(bond.i, FlowSums::ENDED) += 1.0;
     sums.of(bond.i, FlowSums::WORK) += 0.5 * bond.state.dissipated;
     if (rules.plastic)
@@ -333,7 +332,7 @@ void PairHistories::add_moves()
     for (const PackedRow &row : list->rows)
       for (int k = row.first; k < row.last; k++) {
         const int i = row.i, j = list->j[k];
-        if (j >= lists.nreact && tag[i] > tag[j]) continue;
+        if (is_copy(i, j)) continue;
         const double inv_deq = list->inv_deq[k];
         const auto note = [&](PairEvent::What what) {
           journal.push_back({i, j, tag[j], 1.0 / inv_deq, what});
@@ -341,7 +340,7 @@ void PairHistories::add_moves()
         if (list->are_bonds) {    // one that began since is not in the records yet
           const BondRecord *const bond = records->find(i, tag[j]);
           if (!bond || 1.0 / bond->deq != inv_deq) note(PairEvent::MOVED);
-        } else if (list->joins && list->join[k] == PairList::NOT_BEFORE_APART)
+        } else if (list->joins && (list->join[k] & PairList::NOT_BEFORE_APART))
           note(PairEvent::INSIDE);
         // contacts end at R_i + R_j as these were packed
         else if (inv_deq * list->pair(k).cut > 1.0 + CONTACT_MARGIN)
@@ -349,8 +348,7 @@ void PairHistories::add_moves()
       }
 }
 
-// Atoms and ghosts are those that the list was packed for. Without newton either copy of a bond may have met its end alone,
-// by round-off: that ends both
+// Atoms and ghosts are those that the list was packed for
 void PairHistories::tell_owners()
 {
   const int nlocal = lists.nlocal;
@@ -364,6 +362,7 @@ void PairHistories::tell_owners()
   std::vector<PairEvent> messages;
   std::vector<int> ranks;
   for (const PairEvent &event : journal) {
+    if (event.j >= 0 && is_copy(event.i, event.j)) continue;
     apply(event);
     if (event.j < 0) continue;
     PairEvent other = {event.j, -1, atom->tag[event.i], event.deq, event.what};
@@ -402,10 +401,11 @@ int64_t PairHistories::find_far()
     }
     const int index = coefficients.index(atom->type[i], partner.type);
     const PairLaw &law = coefficients.law(index);
-    const Span span = rules.of_bond(bond.deq, law.row.alpha * (atom->radius[i] + partner.radius));
+    const double dlim = law.row.alpha * (atom->radius[i] + partner.radius);
+    const Span span = rules.of_bond(bond.deq, dlim);
     const double limit = rules.plastic ? limit_of(index, i, partner.value) : 0.0;
     far.push_back(
-        {i, (tagint) bond.partner, bond.deq, partner.radius, span.cutoff,
+        {i, (tagint) bond.partner, bond.deq, partner.radius, span.cutoff, !(span.cutoff < dlim),
          law.state(span.cutoff / bond.deq, {1.0 / bond.deq, rules.flow_of_bonds(), limit})});
   };
 

@@ -140,6 +140,7 @@ class PairHistories : protected Pointers {
     int i;
     tagint partner;
     double deq, radius, cutoff;    ///< radius: of the partner
+    bool at_dlim;                  ///< that is its cutoff
     PairState state;
   };
 
@@ -157,6 +158,8 @@ class PairHistories : protected Pointers {
   bool jumps_told = false;
   int every = 1;    // steps between two updates of the limits
 
+  /// Does another row hold the pair too, which stands for both? Without newton, across MPI ranks or a periodic boundary.
+  bool is_copy(int i, int j) const { return j >= lists.nreact && atom->tag[i] > atom->tag[j]; }
   void bring_sums_home();
   void share_limits();
   void move_limits(PairWork *);

@@ -142,9 +142,8 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
       if (joins) {
         const bool is_inside = looks_first ? dsq <= inside * inside * sum_radii * sum_radii
                                            : kept && kept->kind == Remembered::INSIDE;
-        join.push_back(divided && !join_all ? PairList::NEVER
-                           : is_inside      ? PairList::NOT_BEFORE_APART
-                                            : PairList::MAY);
+        join.push_back((char) ((divided && !join_all ? PairList::OF_TWO_BODIES : 0) |
+                               (is_inside ? PairList::NOT_BEFORE_APART : 0)));
       }
       contacts.add(span.deq,
                    divided ? cutoff_squared(span.cutoff, margin_between_bodies)

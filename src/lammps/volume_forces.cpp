@@ -109,7 +109,8 @@ void VolumeForces::lose_partners(VolumeRecord &record, const NeighborDensity &le
   if (reference.own.slope == 0.0) return;
   const double negligible = ROUND_OFF * reference.own.slope;
   if (std::fabs(record.at_rest.rho - left.rho) <= negligible) return;
-  reference.gap = std::max(0.0, reference.gap + (record.at_rest.rho - left.rho));
+  reference.gap =
+      std::max(std::min(0.0, reference.gap), reference.gap + (record.at_rest.rho - left.rho));
   reference.own = {left.rho + (reference.own.rho - record.at_rest.rho),
                    left.slope + (reference.own.slope - record.at_rest.slope)};
   if (!(reference.own.slope > negligible)) reference = {};
@@ -124,7 +125,7 @@ void VolumeForces::pair_leaves(PairLists &lists, int i, int j, double dlim) cons
   lists.unbonded.add_row(i, 1);
 }
 
-double VolumeForces::pair_begins(PairLists &lists, int i, int j, double d, double dlim)
+double VolumeForces::pair_begins(PairLists &lists, int i, int j, double d, double alpha)
 {
   if (!are_pair(i, j, true)) return HUGE_VAL;
   for (const PackedRow &row : lists.unbonded.rows) {
@@ -135,6 +136,7 @@ double VolumeForces::pair_begins(PairLists &lists, int i, int j, double d, doubl
     lists.unbonded.remove({(int) (at - begin)});
     break;
   }
+  const double dlim = reach(alpha) * (atom->radius[i] + atom->radius[j]);
   const Kind kind = are_pair(i, j, false) ? COUNTED : OF_TWO_BODIES;
   const double t = std::max(0.0, 1.0 - d / dlim);
   joined.resize(2 * (size_t) lists.nall, 0.0);
@@ -188,11 +190,14 @@ void VolumeForces::find_leaving(const PairLists &lists, const std::vector<int> &
 
   for (int i = 0; i < lists.nlocal; i++) {
     const double *const share = &shares[2 * (size_t) i];
-    const double all = share[COUNTED] + share[OF_TWO_BODIES];
-    if (all == 0.0 || !has_strain(i)) continue;
-    leaving.push_back({i, VolumeLaw::without(reference(i), density(i), all)});
-    densities[2 * (size_t) i] -= all;
+    if (share[COUNTED] + share[OF_TWO_BODIES] == 0.0 || !has_strain(i)) continue;
+    VolumeReference left = store->volume(i).reference;
+    left.own.rho -= share[OF_TWO_BODIES];
+    densities[2 * (size_t) i] -= share[OF_TWO_BODIES];
+    if (share[COUNTED] > 0.0) left = VolumeLaw::without(left, density(i), share[COUNTED]);
+    densities[2 * (size_t) i] -= share[COUNTED];
     densities[2 * (size_t) i + 1] += share[COUNTED];
+    leaving.push_back({i, left});
   }
 }
 

@@ -67,7 +67,7 @@ class VolumeForces : protected Pointers {
   void pair_leaves(PairLists &, int i, int j, double dlim) const;
 
   /// A pair without a bond becomes one that is d apart. Returns 1/dlim, as the list of bonds has it.
-  double pair_begins(PairLists &, int i, int j, double d, double dlim);
+  double pair_begins(PairLists &, int i, int j, double d, double alpha);
 
   /// Collective, after these: the references of their atoms.
   void commit_joins(const PairLists &);

@@ -78,7 +78,7 @@ NAMED = {
     (FRICTION, "tests/lammps/test_granular.py", "runs it"): ("pair_style      hybrid evp/lj",),
     (METAL, CALIBRATE, "runs these options, with a bar of its own and fewer spheres"): ("--body bar.data",),
     (METAL, CALIBRATE, WALK): ("--ranks 1 --name mymetal", "pass 1, elastic: E ", "in.specimen -var n 300", "-var increment 0.00025", "tools/curves.py numbers pull.csv",
-                               "pull.csv   6"),
+                               "pull.csv    6"),
 }
 
 

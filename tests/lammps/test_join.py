@@ -240,3 +240,62 @@ def test_bodies_join_under_volume_energy(lmp, tmp_path, small):
         imbalance.append(abs(table["f_energy"][-1] / table["f_energy[9]"][-1]))
     assert largest_difference(found[1], found[0]) < 1e-6 and largest_difference(found[2], found[0]) < 1e-6
     assert imbalance[0] < 2e-3 and imbalance[3] < 0.7 * imbalance[0]
+
+
+def test_ends_and_joins_between_two_neighbor_lists(lmp, tmp_path):
+    """A pair that two rows hold, across ranks or a periodic boundary: counted once, with the deq that it has flowed to."""
+    kept = []
+    for newton, ranks, places in (("on", 1, (-0.004, 0.0095)), ("off", 1, (0.045, -0.0415)), ("off", 2, (-0.004, 0.0095))):
+        start = TWO.replace("-0.004", f"{places[0]}").replace("0.006", f"{places[1]}")
+        text = head(newton, "p p p", start, skin=0.006) + pair(ROW, "join plasticity isotropic", "fix bonds all evp/bonds") + "group second id 2\n"
+        text += "fix sway second move wiggle 0.002 0 0 6e-7 units box\ntimestep 1e-8\nneigh_modify every 2000 check no\nthermo 290\n" + thermo("f_bonds[5] f_bonds[6]")
+        table = lmp(text + "run 290\nwrite_evp_bonds end.bonds\n", ranks).ok().thermo()
+        kept.append((table["f_bonds[5]"][-1], table["f_bonds[6]"][-1], list(read_pairs(tmp_path / "end.bonds").bonds.values())))
+    assert kept[0][0] > 3 and len(kept[0][2]) == 1, "control"
+    assert all(one[:2] == kept[0][:2] and one[2] == pytest.approx(kept[0][2], rel=1e-12) for one in kept)
+
+
+def test_zone_of_the_volume_energy(lmp, tmp_path, small):
+    """A pair that joins counts within the zone, as at the next neighbor list: skins do not matter and the energies close."""
+    found = []
+    for skin in (8e-4, 4e-3):
+        text = head(boundary="s s s", skin=skin) + pair(FLOWING._replace(gamma=30.0), "join 1.2 plasticity isotropic", "fix bonds all evp/bonds zone 1.3") + SHAKE
+        text += "fix volume all evp/volume 500\nfix energy all evp/energy\nfix move all nve\ntimestep 2e-7\nthermo 400\n" + thermo("f_energy f_energy[9] f_bonds[6]")
+        table = lmp(text + "run 400\nwrite_evp_bonds end.bonds\n").ok().thermo()
+        assert table["f_bonds[6]"][-1] > 2 and abs(table["f_energy"][-1]) < 5e-3 * table["f_energy[9]"][-1]
+        found.append(read_pairs(tmp_path / "end.bonds"))
+    assert largest_difference(*found) < 1e-6
+
+
+INSIDE = pair(ROW, "join 1.2 plasticity isotropic", "fix bonds all evp/bonds zone 1.05 within type")
+NEAR = TWO.replace("0.006", "0.0075")  # 1.15 (R_i + R_j)
+REPELS = "pair_style evp/lj contact {} plasticity isotropic\npair_coeff * * " + " ".join(map(str, ROW)) + "\n"
+PUT = "create_atoms 1 single -0.004 0.0085 0.002\nset group all diameter 0.01 density 2700\n"  # at 0.75 of the first
+
+
+@pytest.mark.parametrize("lines", [
+    "min_style cg\nminimize 0 1e-9 100 1000\n", REPELS.format("repulsive") + "run 5\n" + REPELS.format("join 1.2"), PUT,
+    "set atom 2 type 2\nrun 5\nset atom 2 type 1\n", "set atom 2 type 2\nrun 5\nset atom 2 type 1\nwrite_restart r.rst\n", PUT + "run 5\nset atom 3 type 2\nrun 5\nset atom 3 type 1\n"])
+def test_what_is_inside_stays_so(lmp, lines):
+    """Pairs that are near without a bond do not join: a minimization whose neighbor list is built anew, another rule in between, a new sphere, two bodies that become one."""
+    text = head("on", "p p p", NEAR, skin=5e-5) + INSIDE + "fix move all nve\ntimestep 1e-9\n" + thermo("f_bonds[6]") + f"run 0\n{lines}run 5\n"
+    assert lmp(text).ok().thermo(-1)["f_bonds[6]"][-1] == 0
+
+
+def test_loose_spheres_are_counted_once(lmp, tmp_path):
+    """A sphere that came later without `new yes` joins: one event, one bond, and its bond file is read again."""
+    text = head("on", "p p p", TWO, skin=0.004) + pair(ROW, "join 1.2 plasticity isotropic", "fix bonds all evp/bonds zone 1.3") + "run 0\n"
+    text += "create_atoms 1 single -0.004 0.016 0.002\nset group all diameter 0.01 density 2700\ngroup third id 3\ntimestep 1e-8\nfix fall third move linear 0 -40000 0 units box\n"
+    table = lmp(text + thermo("f_bonds f_bonds[1] f_bonds[6]") + "run 10\nwrite_evp_bonds end.bonds\nwrite_data end.data nocoeff\n", 2).ok().thermo(-1)
+    assert (table["f_bonds"][-1], table["f_bonds[1]"][-1], table["f_bonds[6]"][-1]) == (1.0, 0.0, 1.0)
+    again = head("on", "p p p", "read_data end.data", skin=0.004) + pair(ROW, "join 1.2 plasticity isotropic", "fix bonds all evp/bonds file end.bonds") + thermo("f_bonds f_bonds[6]")
+    table = lmp(again + "run 0\n").ok().thermo()
+    assert (table["f_bonds"][-1], table["f_bonds[6]"][-1]) == (1.0, 1.0)
+
+
+def test_new_atoms_of_a_group(lmp):
+    """Those outside it stay loose, those inside are bonded, whatever the order of their IDs."""
+    text = head("on", "p p p", TWO, skin=0.004) + "group body id 1 2 4\n" + pair(ROW, "join 1.2 plasticity isotropic", "fix bonds body evp/bonds new yes") + "fix move all nve\ntimestep 1e-9\nrun 0\n"
+    text += "create_atoms 1 single -0.004 0.012 0.002\ncreate_atoms 1 single 0.006 0.011 0.002\nset group all diameter 0.01 density 2700\ngroup body id 4\n"
+    table = lmp(text + thermo("f_bonds") + "run 5\nrun 5\n", 2).ok().thermo(-1)
+    assert table["f_bonds"][-1] == 3.0

@@ -245,14 +245,16 @@ TEST(Kernel, FindsPairsThatMeetAndThoseThatAreApart)
     std::sort(ratios.begin(), ratios.end());
     begins.within = ratios[200];
     begins.apart = ratios[400];
-    std::vector<int> found, released;
+    std::vector<int> found, released, entered;
     std::vector<double> squared_distances;
     EVP::for_each_pair(list, rows_of(cloud.x), [&](const EVP::PlacedPair &p) {
-      if (list.join[p.index] == PairList::MAY && p.g.dsq <= begins.within * p.cutsq) {
+      if (list.join[p.index] == 0 && p.g.dsq <= begins.within * p.cutsq) {
         found.push_back(p.index);
         squared_distances.push_back(p.g.dsq);
       }
-      if (list.join[p.index] == PairList::NOT_BEFORE_APART && p.g.dsq > begins.apart * p.cutsq)
+      if (list.join[p.index] == PairList::OF_TWO_BODIES && p.g.dsq <= begins.within * p.cutsq)
+        entered.push_back(p.index);
+      if ((list.join[p.index] & PairList::NOT_BEFORE_APART) && p.g.dsq > begins.apart * p.cutsq)
         released.push_back(p.index);
     });
     on_each_instruction_set([&] {
@@ -262,10 +264,12 @@ TEST(Kernel, FindsPairsThatMeetAndThoseThatAreApart)
       if (!list.are_bonds && !list.stays()) return;    // blocks without a force are left out
       EXPECT_EQ(begins.found, found);
       EXPECT_EQ(begins.released, released);
+      EXPECT_EQ(begins.entered, entered);
       EXPECT_EQ(begins.squared_distances, squared_distances);
     });
     EXPECT_GT(found.size(), 20u);
     EXPECT_GT(released.size(), 20u);
+    EXPECT_GT(entered.size(), 20u);
   });
 }
 

@@ -374,7 +374,7 @@ TEST(BondReader, NamesLineCauseAndFileOfEachDamage)
       {header(0) + "sphere 1 nan 0 0 0 0 0 0 0 0 0\n",
        "line 2: a value of a sphere must be a finite"},
       {header(0) + "sphere 1 0 0 0 3.7 0 0 0 0 0 0\n", "a number of bonds must be", "got '3.7'"},
-      {header(0) + "sphere 1 0 0 0 0 0 0 0 -1 0 0\n", "must be zero or positive, got -1"}};
+      {header(0) + "sphere 1 0 0 0 0 0 0 -1 0 0 0\n", "must be zero or positive, got -1"}};
   for (const auto &parts : cases) {
     SCOPED_TRACE(parts[0]);
     const std::string what =
