@@ -46,7 +46,7 @@ class Case(NamedTuple):
 
     @property
     def label(self):
-        return f"{self.contact}{', eq. 8' * (self.plasticity == 'none')}{', longer flow' * self.goes_on}, N = {self.spheres}{', another packing' * (self.seed > 1)}"
+        return f"{self.contact}{', eq. 8' * (self.plasticity == 'none')}{', flow to 6' * self.goes_on}, N = {self.spheres}{', another packing' * (self.seed > 1)}"
 
 
 FAR = Case("join 1.2", 1000, end=10.0)

@@ -24,7 +24,7 @@ region body intersect 2 whole rest
 """  # legs of 60 and 36 mm, 10 mm thick, 16 mm wide
 STRAINS, ENDS, FAR = (0.02, 0.05, 0.1), (0.03, 0.1, 0.2, -0.1, -0.4), {"tension": 0.2, "compression": -0.4}
 FRICTION, PRESSED = 0.1, 0.5  # of the upset cylinder
-BENT = 0.05  # plastic strain of the flow stress beside the force of V-bending
+SPAN = 0.8  # of V-bending, over the length, as in.vbend has it
 SHEARED, SMOOTH = 4.0, 20  # shear strain with contact join; rows over which its stress is averaged
 LIMITS, FIRST = (5.0, 10.0, 15.0), 0.02  # [%]; strain from which they are asked for
 
@@ -65,7 +65,7 @@ def sheared(study, row, targets):
     curve, far = (curves.read_curve(study.runs.folder / f"{name}.csv") for name in ("sheared", "sheared_far"))
     modulus = curves.modulus(curve.strain, curve.virial)
     first = curves.yield_stress(curve.strain, curve.virial, modulus)
-    strain, stress = (np.convolve(values, np.full(SMOOTH, 1.0 / SMOOTH), "valid") for values in (far.strain, far.virial))
+    strain, stress = (np.convolve(values[far.strain > 0.05], np.full(SMOOTH, 1.0 / SMOOTH), "valid") for values in (far.strain, far.virial))
     return [("shear modulus [GPa]", f"{modulus / 1e9:.1f}", f"{targets.modulus / 2e9 / (1.0 + targets.nu):.1f}", "E/(2 (1 + nu))"),
             ("0.2 % yield stress over that of tension", f"{first / targets.curve.offset_yield(targets.modulus):.3f}", f"{1.0 / MISES:.3f}", "von Mises")], \
         strain, 100.0 * (stress * MISES / targets.curve.true_stress(strain / MISES, targets.modulus) - 1.0)
@@ -85,11 +85,15 @@ def upset(study, row, targets):
 
 
 def vbend(study, row, targets):
-    """Difference [%] of the force of V-bending from that of a plastic hinge, and [degrees] bent and sprung back."""
-    body = study.runs.body("sheet", n=study.spheres, shape="block", length=0.06, width=0.02, height=0.008)
+    """[degrees] bent and sprung back; strains of the outer fibre, angle/2, and differences [%] of the force of V-bending from that of a plastic hinge as long as the sheet is thick."""
+    length = 0.06
+    body = study.runs.body("sheet", n=study.spheres, shape="block", length=length, width=0.02, height=0.008)
     text = study.runs.run("in.vbend", "vbend", specimen=body, material=row, travel=0.008)
-    force, bent, left, hinge = map(float, re.search(r"in.vbend: (\S+) N at the end; bent by (\S+) degrees, released (\S+) are left; a plastic hinge takes (\S+) N", text).groups())
-    return 100.0 * (1e6 * force / hinge / targets.curve.at(BENT) - 1.0), bent, bent - left
+    bent, left, hinge = map(float, re.search(r"bent by (\S+) degrees, released (\S+) are left; a plastic hinge takes (\S+) N", text).groups())
+    read, fibre = study.runs.curve("vbend", "travel", "force_punch"), np.linspace(0.005, 0.995, 100)  # distance from the middle, over its largest
+    strain = np.arctan(read["travel"] / (0.5 * SPAN * length))
+    mean = np.array([2.0 * np.mean(fibre * targets.curve.at(most * fibre)) for most in strain])
+    return bent, bent - left, strain, 100.0 * (1e6 * read["force_punch"] / hinge / mean - 1.0)
 
 
 def extrude(study, row, targets):
@@ -128,10 +132,10 @@ def main(words=None):
         ends = {strain: pulled(study, f"to_{strain}", body, row, strain, 0.004) for strain in ENDS}
         far = {name: ends[strain] for name, strain in FAR.items()}
         elastic, *shear = sheared(study, row, steel)
-        force, bent, sprang = vbend(study, row, steel)
+        bent, sprang, *bending = vbend(study, row, steel)
         verdicts = [*(verdict(name, "flow curve, true stress", *along(curve, steel)) for name, curve in far.items()),
                     verdict("upsetting", f"slab method, friction {FRICTION}", *upset(study, row, steel)),
-                    verdict("V-bending", f"plastic hinge, flow stress at {100 * BENT:g} %", BENT, force),
+                    verdict("V-bending", "plastic hinge as long as the sheet is thick", *bending),
                     verdict("extrusion, contact join", "mean flow stress (0.8 + 1.2 ln ratio), Johnson", *extrude(study, row, steel)),
                     verdict("shear, contact join", "flow curve, von Mises", *shear)]
         tension, compression = (pulled(study, name, body, row, sign * STRAINS[-1], cycles=1, lower="release") for name, sign in (("tension", 1), ("compression", -1)))
