@@ -125,8 +125,8 @@ def page(results, layers):
     kept = ("bonds per sphere", "smallest d/(R_i + R_j)", "energies over work, less 1 [%]")
     ends = {case: numbers(results[case], case, FAR.end) for case in (FAR, LONGER)}
     layer = "plastic strain in a tenth of the height [%]"
-    return {"table": (("contact", "N", "seed", *rows[FAR], layer), [(case.label.partition(", N")[0], case.spheres, case.seed, *row.values(), f"{100 * layers[case]:.0f}" if layers[case] and case.end == END else "")
-                                                                    for case, row in rows.items()]),
+    shares = {case: f"{100 * layers[case]:.0f}" if layers[case] and case.end == END else "" for case in rows}
+    return {"table": (("contact", "N", "seed", *rows[FAR], layer), [(case.label.partition(", N")[0], case.spheres, case.seed, *row.values(), shares[case]) for case, row in rows.items()]),
             "largest": f"{min(largest):g} to {max(largest):g}", "at": f"{min(at):g} to {max(at):g}", "packings": len(largest), "verdict": "is" if max(largest) <= LIMIT else "is not",
             "join": " to ".join(f"{of(float(rows[case]['3 to 4']) for case in joined):.2f}" for of in (min, max)),
             "loose": late["join 1.0"], "tight": late["join 1.3"], "repulsive": late["repulsive"], "none": late["none"], "literal": late["literal"],
