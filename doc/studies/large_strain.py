@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Plastic flow at large strain: simple shear of a periodic packing of 2024-T351, with contact join and with the other rules of new pairs.
 
-in.specimen packs the spheres in a periodic box, in.shear shears them at constant volume to a strain of 4, one of them to 10. About 15 minutes on one core.
+in.specimen packs the spheres in a periodic box, in.shear shears them at constant volume to a strain of 4, one of them to 10. About 20 minutes on one core.
 """
 
 import re
@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from study import CHECKOUT, Study, ratios, spread
 import numpy as np
+from evp import dump
 from evp.calibration import MISES
 from metals import METALS
 
@@ -34,40 +35,47 @@ $(f_bonds-f_bonds[1]-f_bonds[5]+f_bonds[6]),$(f_bonds[6]),$(f_bonds[5]),$(f_bond
 
 
 class Case(NamedTuple):
-    """A run: rule of new pairs, spheres, seed of the packing, plasticity, strain at the end."""
+    """A run: rule of new pairs, spheres, seed of the packing, plasticity, strain at the end; whether the elastic limit goes on beyond the table of the row, as the flow curve does."""
 
     contact: str
     spheres: int
     seed: int = 1
     plasticity: str = "isotropic"
     end: float = END
+    goes_on: bool = False
 
     @property
     def label(self):
-        return f"{self.contact}{', eq. 8' * (self.plasticity == 'none')}, N = {self.spheres}{', another packing' * (self.seed > 1)}"
+        return f"{self.contact}{', eq. 8' * (self.plasticity == 'none')}{', flow to 6' * self.goes_on}, N = {self.spheres}{', another packing' * (self.seed > 1)}"
 
 
 FAR = Case("join 1.2", 1000, end=10.0)
-PLAN = (FAR, Case("join 1.2", 1000, 2), Case("join 1.2", 2000), Case("join 1.0", 1000), Case("join 1.3", 1000), Case("repulsive", 1000), Case("none", 1000),
+LONGER = FAR._replace(goes_on=True)
+PLAN = (FAR, LONGER, Case("join 1.2", 1000, 2), Case("join 1.2", 2000), Case("join 1.0", 1000), Case("join 1.3", 1000), Case("repulsive", 1000), Case("none", 1000),
         Case("literal", 1000, plasticity="none"))
 
 
 def sheared(runs, case, name, **more):
-    """Runs in.shear; for eq. 8 the numbers of the row stand with damping, without flow."""
+    """Runs in.shear with the row; for eq. 8 with its numbers and damping, without flow."""
     body = runs.body(f"body_{case.spheres}_{case.seed}", shape="periodic", n=case.spheres, length=f"{VOLUME**(1 / 3):.12g}", seed=case.seed)
     material = {"material": f"{POTENTIALS}:{ROW}"}
-    if case.plasticity == "none":
-        words = re.search(f"^{ROW} (.*)", POTENTIALS.read_text(encoding="utf-8"), re.M)[1].split()
-        material = {"coeff": " ".join([*words[:7], str(GAMMA), *words[8 : words.index("flow")], *words[words.index("density"):]])}
+    if case.plasticity == "none" or case.goes_on:
+        words, (a, b, n) = re.search(f"^{ROW} (.*)", POTENTIALS.read_text(encoding="utf-8"), re.M)[1].split(), METALS[ROW].law
+        flow, density = words.index("flow"), words.index("density")
+        last, limit = map(float, words[density - 2 : density])
+        end = [*words[flow:density], "6", f"{limit * (a + b * 6.0**n) / (a + b * last**n):.5g}"] if case.goes_on else []
+        material = {"coeff": " ".join([*words[:7], words[7] if case.goes_on else str(GAMMA), *words[8:flow], *end, *words[density:]])}
     runs.run("in.shear", name, specimen=body, **material, contact=case.contact, plasticity=case.plasticity, rate=RATE, dtfraction=0.7, row=0.01, **more)
 
 
 def measure(case, runs):
-    """The columns of a run, by COLUMNS."""
+    """The columns of a run, by COLUMNS, and the share of its plastic strain at the end in that tenth of the height that has most of it."""
     (runs.folder / "energies.lmp").write_text(ALSO, encoding="utf-8")
-    name = f"{case.contact}_{case.plasticity}_{case.spheres}_{case.seed}".replace(" ", "_")
+    name = f"{case.contact}_{case.plasticity}_{case.spheres}_{case.seed}{'_longer' * case.goes_on}".replace(" ", "_")
     sheared(runs, case, name, strain=case.end, also="energies.lmp")
-    return runs.curve(f"{name}_energies", *COLUMNS)
+    state = dump.index([runs.folder / f"{name}_state.dump"])[-1].read()
+    layers = np.histogram(state["y"], 10, weights=state["plastic_strain"])[0]
+    return runs.curve(f"{name}_energies", *COLUMNS), layers.max() / max(layers.sum(), 1e-9)
 
 
 def cost(runs):
@@ -104,28 +112,37 @@ def numbers(found, case, end=END):
     return {**{f"{first:g} to {last:g}": f"{over_metal(found, first, last):.2f}" for first, last in WINDOWS}, "largest difference [%]": f"{off[worst]:+.0f} at {at[worst]:.2f}",
             "pressure [MPa]": f"{np.mean(found['pressure'][third + 1:]) / MPA:.0f}", "bonds per sphere": f"{2.0 * found['bonds'][-1] / case.spheres:.1f}",
             **{name: f"{rate:.2f}" for name, rate in zip(("joined", "ended"), rates)},
-            "smallest d/(R_i + R_j)": f"{found['nearest'][1:].min():.2f}", "energies over work, less 1 [%]": f"{100.0 * (found['spent'][-1] / work - 1.0):+.2f}"}
+            "smallest d/(R_i + R_j)": f"{found['nearest'][1:].min():.2f}", "energies over work, less 1 [%]": f"{round(100.0 * (found['spent'][-1] / work - 1.0), 2) + 0.0:+.2f}"}
 
 
-def page(results):
-    """Values of the page, of {case: columns}."""
-    rows, far = {case: numbers(found, case) for case, found in results.items()}, numbers(results[FAR], FAR, FAR.end)
+def page(results, layers):
+    """Values of the page, of {case: columns} and {case: share of the plastic strain in a tenth of the height}."""
+    rows = {case: numbers(found, case) for case, found in results.items() if not case.goes_on}
     late = {case.contact: row["{:g} to {:g}".format(*WINDOWS[-1])] for case, row in rows.items() if case.spheres == 1000 and case.seed == 1}
-    largest = [abs(int(row["largest difference [%]"].split()[0])) for case, row in rows.items() if case.contact == FAR.contact]
-    return {"table": (("contact", "N", "seed", *rows[FAR]), [(case.label.partition(", N")[0], case.spheres, case.seed, *row.values()) for case, row in rows.items()]),
-            "largest": f"{min(largest)} to {max(largest)}", "packings": len(largest), "verdict": "is" if max(largest) <= LIMIT else "is not",
-            "join": late[FAR.contact], "loose": late["join 1.0"], "tight": late["join 1.3"], "repulsive": late["repulsive"], "none": late["none"], "literal": late["literal"],
-            "far": f"{FAR.end:g}", "beyond": ", ".join(f"{over_metal(results[FAR], at, at + 2):.2f} from {at:g} to {at + 2:g}" for at in np.arange(END, FAR.end, 2)),
-            "nearest": far["smallest d/(R_i + R_j)"], "bonds": far["bonds per sphere"], "misfit": far["energies over work, less 1 [%]"]}
+    joined = [case for case in rows if case.contact == FAR.contact]
+    largest, at = ([abs(float(rows[case]["largest difference [%]"].split()[k])) for case in joined] for k in (0, 2))
+    beyond = [(start, start + 2.0) for start in np.arange(END, FAR.end, 2.0)]
+    kept = ("bonds per sphere", "smallest d/(R_i + R_j)", "energies over work, less 1 [%]")
+    ends = {case: numbers(results[case], case, FAR.end) for case in (FAR, LONGER)}
+    layer = "plastic strain in a tenth of the height [%]"
+    shares = {case: f"{100 * layers[case]:.0f}" if layers[case] and case.end == END else "" for case in rows}
+    return {"table": (("contact", "N", "seed", *rows[FAR], layer), [(case.label.partition(", N")[0], case.spheres, case.seed, *row.values(), shares[case]) for case, row in rows.items()]),
+            "largest": f"{min(largest):g} to {max(largest):g}", "at": f"{min(at):g} to {max(at):g}", "packings": len(largest), "verdict": "is" if max(largest) <= LIMIT else "is not",
+            "join": " to ".join(f"{of(float(rows[case]['3 to 4']) for case in joined):.2f}" for of in (min, max)),
+            "loose": late["join 1.0"], "tight": late["join 1.3"], "repulsive": late["repulsive"], "none": late["none"], "literal": late["literal"],
+            "beyond": (("flow", *(f"{start:g} to {end:g}" for start, end in beyond), *kept, layer),
+                       [(name, *(f"{over_metal(results[case], *span):.2f}" for span in beyond), *(ends[case][what] for what in kept), f"{100 * layers[case]:.0f}")
+                        for case, name in ((FAR, "of the row"), (LONGER, "continued to 6"))])}
 
 
 def main(words=None):
     with Study(__doc__, "large_strain").started(words) as study:
-        results = {case: measure(case, study.runs) for case in study.each(PLAN, lambda case: case.label, lambda case: case.end * case.spheres**1.1)}
+        found = {case: measure(case, study.runs) for case in study.each(PLAN, lambda case: case.label, lambda case: case.end * case.spheres**1.1)}
+        results, layers = ({case: one[k] for case, one in found.items()} for k in (0, 1))
         strain = np.linspace(0.01, FAR.end, 500)
         study.draw({"metal": (strain, of_metal(strain) / MPA), **{case.label: (found["strain"], found["shear_stress"] / MPA) for case, found in results.items()}},
                    ("curve", "strain", "stress_MPa"), xlabel="shear strain", ylabel="shear stress [MPa]")
-        study.write(volume=f"{VOLUME:.3g}", rate=RATE, row=ROW, gamma=GAMMA, limit=LIMIT, end=f"{END:g}", cost=spread(cost(study.runs)), **page(results))
+        study.write(volume=f"{VOLUME:.3g}", rate=RATE, row=ROW, gamma=GAMMA, limit=LIMIT, end=f"{END:g}", far=f"{FAR.end:g}", timed=TIMED, cost=spread(cost(study.runs)), **page(results, layers))
 
 
 if __name__ == "__main__":

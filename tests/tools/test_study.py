@@ -57,12 +57,12 @@ def columns(case):
 
 
 def test_numbers_of_a_known_run():
-    values = large_strain.page({case: columns(case) for case in large_strain.PLAN})
+    values = large_strain.page({case: columns(case) for case in large_strain.PLAN}, dict.fromkeys(large_strain.PLAN, 0.25))
     header, rows = values["table"]
-    assert rows[0] == ("join 1.2", 1000, 1, *["0.90"] * 5, rows[0][8], "200", "6.0", "2.00", "1.00", "0.50", "+20.00") and rows[0][8].startswith("-10 at ")
-    assert len(header) == len(rows[0]) == len(rows[-1])
-    assert (values["verdict"], values["largest"], values["packings"], values["loose"], values["literal"], values["misfit"]) == ("is", "10 to 10", 3, "0.90", "0.90", "+20.00")
-    assert values["beyond"] == "0.90 from 4 to 6, 0.90 from 6 to 8, 0.90 from 8 to 10"
+    assert rows[0] == ("join 1.2", 1000, 1, *["0.90"] * 5, rows[0][8], "200", "6.0", "2.00", "1.00", "0.50", "+20.00", "") and rows[0][8].startswith("-10 at ")
+    assert len(header) == len(rows[0]) == len(rows[-1]) and rows[1][-1] == "25"
+    assert (values["verdict"], values["largest"], values["packings"], values["loose"], values["literal"], values["join"]) == ("is", "10 to 10", 3, "0.90", "0.90", "0.90 to 0.90")
+    assert values["beyond"][1] == [(name, "0.90", "0.90", "0.90", "6.0", "0.50", "+20.00", "25") for name in ("of the row", "continued to 6")]
     assert large_strain.of_metal(np.sqrt(3.0)) == pytest.approx(691e6 / np.sqrt(3.0))
 
 
