@@ -58,7 +58,7 @@ def test_the_tool_of_the_howto_page(thick, tmp_path):
     assert force.min() < -1000.0 and force.max() <= 0.0
 
 
-bar = packed("bar.data", n=500)
+bar = packed("bar.data", n=300)
 
 
 def test_a_seam_holds_what_was_pressed(bar, tmp_path):
