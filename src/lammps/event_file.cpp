@@ -38,19 +38,6 @@ void EventFile::write(std::vector<BondEvent> &events)
   events.clear();
   if (!file) return;
 
-  // both ranks of a pair may have met its end, by round-off one of them a step later
-  const auto by_pair = [](const BondEvent &e) {
-    return std::tie(e.i, e.j, e.step);
-  };
-  std::sort(all.begin(), all.end(), [&](const BondEvent &a, const BondEvent &b) {
-    return by_pair(a) < by_pair(b);
-  });
-  all.erase(std::unique(all.begin(), all.end(),
-                        [](const BondEvent &a, const BondEvent &b) {
-                          const bool ends = a.why != BondEvent::JOINED;
-                          return a.i == b.i && a.j == b.j && ends == (b.why != BondEvent::JOINED);
-                        }),
-            all.end());
   std::sort(all.begin(), all.end(), [](const BondEvent &a, const BondEvent &b) {
     return std::tie(a.step, a.i, a.j) < std::tie(b.step, b.i, b.j);
   });

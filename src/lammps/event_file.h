@@ -27,8 +27,7 @@ class EventFile : protected Pointers {
   EventFile(LAMMPS *, const std::string &who_in, const std::string &name);
   ~EventFile() override;
 
-  /// Collective. Appends those of all MPI ranks since the last call, in order, and clears them. What ranks have met twice
-  /// stands there once.
+  /// Collective. Appends those of all MPI ranks since the last call, in order, and clears them.
   void write(std::vector<BondEvent> &);
 
  private:

@@ -196,11 +196,11 @@ void PairHistories::end_bonds(PairWork *work, VolumeForces *volume)
   lists.build++;
 }
 
-// of own atom i and j; of one whose partner is far j is i
+// of own atom i and j; of one whose partner is far j is i. Of two that meet it the one with the lower ID tells
 void PairHistories::note_event(int i, int j, tagint partner, BondEvent::Why why)
 {
-  if (!keeps_events) return;
   const tagint own = atom->tag[i];
+  if (!keeps_events || (i == j ? own > partner : is_copy(i, j))) return;
   BondEvent event = {update->ntimestep, why, std::min(own, partner), std::max(own, partner), {}};
   ((Vector(atom->x[i]) + Vector(atom->x[j])) * 0.5).store(event.place);
   domain->remap(event.place);

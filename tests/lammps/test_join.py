@@ -194,7 +194,6 @@ fix volume all evp/volume 500
 fix move all nve
 timestep 3e-7
 run 20
-write_restart before.restart
 region corner block -0.01 -0.003 0 0.03 0 0.03
 lattice sc 0.0105 origin 0.4 0.5 0.5
 create_atoms 1 region corner
@@ -208,7 +207,8 @@ def test_new_atoms_are_bonded_where_they_come(lmp, tmp_path, small, within):
     """At the set-up that sees them first, to what is within the zone, deq the distance then; the same on all ranks and after a restart. They carry
     load and count in the volume energy; without `new yes` one warning says that they are loose."""
     style = pair(FLOWING, "repulsive plasticity isotropic", "")
-    text = head() + style + NEW.format(within=within) + "run 0\nwrite_evp_bonds first.bonds\n" + dump(every=20) + "compute state all evp/state/atom volume_strain\n"
+    text = head() + style + NEW.format(within=within) + "run 0\nwrite_evp_bonds first.bonds\n" + "compute state all evp/state/atom volume_strain bonds_now\n"
+    text += dump(every=20, columns="x y z c_state[5] c_state[6]")
     text += "run 20\nvariable n equal f_bonds\nprint \"pairs $n\"\nwrite_evp_bonds end.bonds\nwrite_restart end.restart\n"
     kept = []
     for ranks in (1, 2):
@@ -220,6 +220,8 @@ def test_new_atoms_are_bonded_where_they_come(lmp, tmp_path, small, within):
     new = {key: deq for key, deq in first.bonds.items() if max(key) > 36}
     assert len(new) > 20 and all(deq == pytest.approx(np.linalg.norm(x[a] - x[b]), rel=1e-12) for (a, b), deq in new.items())
     assert {sum(k > 36 for k in key) for key in new} == {1, 2}
+    last = run.dump("all.dump")[-1]
+    assert np.abs(last["c_state[5]"][last["id"] > 36]).min() > 0.0 and last["c_state[6]"].sum() == 2 * len(end.bonds)
     assert largest_difference(*kept) < 1e-8 and f"pairs {len(first.bonds) + first.ended}" in run.stdout
     went_on = lmp(head(start="read_restart end.restart") + style + "fix bonds all evp/bonds new yes\nfix volume all evp/volume 500\nrun 0\nwrite_evp_bonds again.bonds\n", 2).ok()
     assert read_pairs(tmp_path / "again.bonds") == end and not any("bonds" in line for line in went_on.warnings())
@@ -275,7 +277,7 @@ PUT = "create_atoms 1 single -0.004 0.0085 0.002\nset group all diameter 0.01 de
 
 @pytest.mark.parametrize("lines", [
     "min_style cg\nminimize 0 1e-9 100 1000\n", REPELS.format("repulsive") + "run 5\n" + REPELS.format("join 1.2"), PUT,
-    "set atom 2 type 2\nrun 5\nset atom 2 type 1\n", "set atom 2 type 2\nrun 5\nset atom 2 type 1\nwrite_restart r.rst\n", PUT + "run 5\nset atom 3 type 2\nrun 5\nset atom 3 type 1\n"])
+    "set atom 2 type 2\nrun 5\nset atom 2 type 1\n", PUT + "run 5\nset atom 3 type 2\nrun 5\nset atom 3 type 1\n"])
 def test_what_is_inside_stays_so(lmp, lines):
     """Pairs that are near without a bond do not join: a minimization whose neighbor list is built anew, another rule in between, a new sphere, two bodies that become one."""
     text = head("on", "p p p", NEAR, skin=5e-5) + INSIDE + "fix move all nve\ntimestep 1e-9\n" + thermo("f_bonds[6]") + f"run 0\n{lines}run 5\n"
