@@ -275,12 +275,31 @@ REPELS = "pair_style evp/lj contact {} plasticity isotropic\npair_coeff * * " + 
 PUT = "create_atoms 1 single -0.004 0.0085 0.002\nset group all diameter 0.01 density 2700\n"  # at 0.75 of the first
 
 
+PUSH = """create_atoms 1 single 0.03 0.001 0.002
+set group all diameter 0.01 density 2700
+group third id 3
+fix push third addforce 1 0 0
+min_modify dmax 1e-4
+minimize 0 0 5 20
+unfix push
+"""  # the neighbor list is built anew as the third moves
+MEET = """set atom 2 type 2
+set atom 2 x 0.0095
+velocity all set 0 0 0
+group second id 2
+velocity second set -100000 0 0
+run 24
+velocity all set 0 0 0
+set atom 2 type 1
+"""  # from 1.35 to 1.11 (R_i + R_j) as two bodies
+
+
 @pytest.mark.parametrize("lines", [
-    "min_style cg\nminimize 0 1e-9 100 1000\n", REPELS.format("repulsive") + "run 5\n" + REPELS.format("join 1.2"), PUT,
-    "set atom 2 type 2\nrun 5\nset atom 2 type 1\n", PUT + "run 5\nset atom 3 type 2\nrun 5\nset atom 3 type 1\n"])
+    PUSH, "run 0\n" + REPELS.format("repulsive") + "run 5\n" + REPELS.format("join 1.2"), "run 0\n" + PUT, "run 0\nset atom 2 type 2\nrun 5\nset atom 2 type 1\n", MEET,
+    "run 0\n" + PUT + "run 5\nset atom 3 type 2\nrun 5\nset atom 3 type 1\n"], ids=["minimized", "other rule", "new sphere", "divided", "met divided", "new and divided"])
 def test_what_is_inside_stays_so(lmp, lines):
-    """Pairs that are near without a bond do not join: a minimization whose neighbor list is built anew, another rule in between, a new sphere, two bodies that become one."""
-    text = head("on", "p p p", NEAR, skin=5e-5) + INSIDE + "fix move all nve\ntimestep 1e-9\n" + thermo("f_bonds[6]") + f"run 0\n{lines}run 5\n"
+    """Pairs that are near without a bond do not join: a neighbor list that a minimization builds, another rule in between, a new sphere, two bodies that become one."""
+    text = head("on", "p p p", NEAR, skin=5e-5) + INSIDE + "fix move all nve\ntimestep 1e-9\n" + thermo("f_bonds[6]") + f"{lines}run 5\n"
     assert lmp(text).ok().thermo(-1)["f_bonds[6]"][-1] == 0
 
 
@@ -301,3 +320,24 @@ def test_new_atoms_of_a_group(lmp):
     text += "create_atoms 1 single -0.004 0.012 0.002\ncreate_atoms 1 single 0.006 0.011 0.002\nset group all diameter 0.01 density 2700\ngroup body id 4\n"
     table = lmp(text + thermo("f_bonds") + "run 5\nrun 5\n", 2).ok().thermo(-1)
     assert table["f_bonds"][-1] == 3.0
+
+
+@pytest.mark.parametrize("torn", [0, 1])
+@pytest.mark.parametrize("within, types", [("", [1] * 6), ("type", [1, 1, 1, 2, 2, 2])])
+def test_a_pressed_bond_that_fails(lmp, tmp_path, within, types, torn):
+    """Two triangles of spheres that are held, pressed but for one bond between them, which fails: the volume energy stays, in one body and between two."""
+    x = np.array([[0, 0, 0], [0.011, 0, 0], [0.0055, 0.0095, 0]])
+    x = np.concatenate([x, x + [0, 0, 0.0125]])
+    deq = {(i, j): np.linalg.norm(x[i] - x[j]) * (1.03 if (i < 3) == (j < 3) else 0.995 if i == 0 else 1.02)
+           for i, j in itertools.combinations(range(6), 2) if (i < 3) == (j < 3) or j == i + 3}
+    shares = {pair: 1.0 - d / 0.015 for pair, d in deq.items()}
+    density, slope = ([sum(f(t) for pair, t in shares.items() if i in pair) for i in range(6)] for f in (lambda t: t * t, lambda t: 2.0 / 3.0 * t * (1.0 - t)))
+    spheres = [f"sphere {i + 1} 0.0999 0 0.01 3 3 {density[i]:.17g} {slope[i]:.17g} 0.001 {torn} 0\n" for i in range(6)]
+    header = f"# EVP bonds COUNT: {len(deq)}{' WITHIN: type' * bool(within)} JOIN_ALL: 1.2 SPHERES: 6 UNITS: si\n"
+    (tmp_path / "held.bonds").write_text(header + "".join(f"{i + 1} {j + 1} {d:.17g}\n" for (i, j), d in deq.items()) + "".join(spheres), encoding="utf-8")
+    write_data(tmp_path / "body.data", x, [0.005] * 6, [[-0.02, 0.04]] * 3, types)
+    text = head() + pair(FLOWING._replace(gamma=0.0, xi_s=0.1), "join 1.2 all plasticity isotropic break 0.1", "fix bonds all evp/bonds file held.bonds")
+    text += "fix volume all evp/volume 500\nfix hold all move linear 0 0 0\ntimestep 1e-8\nthermo 5\n" + thermo("f_bonds[5] f_volume") + "run 20\n"
+    table = lmp(text).ok().thermo()
+    assert table["f_bonds[5]"].tolist() == [0, 0, 1, 1, 1] and table["f_volume"][0] > 1.0, "control"
+    assert table["f_volume"] == pytest.approx(table["f_volume"][:1].repeat(5), rel=1e-12)
