@@ -275,14 +275,15 @@ REPELS = "pair_style evp/lj contact {} plasticity isotropic\npair_coeff * * " + 
 PUT = "create_atoms 1 single -0.004 0.0085 0.002\nset group all diameter 0.01 density 2700\n"  # at 0.75 of the first
 
 
-PUSH = """create_atoms 1 single 0.03 0.001 0.002
+PUSH = """create_atoms 2 single 0.03 -0.01 0.002
+create_atoms 1 single 0.0392 -0.01 0.002
 set group all diameter 0.01 density 2700
-group third id 3
-fix push third addforce 1 0 0
-min_modify dmax 1e-4
-minimize 0 0 5 20
-unfix push
-"""  # the neighbor list is built anew as the third moves
+min_style fire
+min_modify integrator verlet tmax 10 dmax 1e-4
+timestep 1e-6
+minimize 0 1e-3 10000 100000
+timestep 1e-9
+"""  # the neighbor list is built anew as two bodies that overlap part
 MEET = """set atom 2 type 2
 set atom 2 x 0.0095
 velocity all set 0 0 0
