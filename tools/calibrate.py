@@ -36,9 +36,10 @@ import tempfile
 import evp  # noqa: F401  before numpy
 import numpy as np
 from evp import calibration, flow, measured
-from evp.calibration import Table, Targets, check, check_file
+from evp.calibration import Targets, check, check_file
 from evp.report import command_line, errors_in_one_line, positive, print_table, target_file, typed, whole
 from evp.run import lammps_command
+from evp.run_table import Table
 
 
 def parser():

@@ -275,7 +275,8 @@ REPELS = "pair_style evp/lj contact {} plasticity isotropic\npair_coeff * * " + 
 PUT = "create_atoms 1 single -0.004 0.0085 0.002\nset group all diameter 0.01 density 2700\n"  # at 0.75 of the first
 
 
-PUSH = """create_atoms 2 single 0.03 -0.01 0.002
+PUSH = """thermo_style one
+create_atoms 2 single 0.03 -0.01 0.002
 create_atoms 1 single 0.0392 -0.01 0.002
 set group all diameter 0.01 density 2700
 min_style fire
@@ -283,7 +284,7 @@ min_modify integrator verlet tmax 10 dmax 1e-4
 timestep 1e-6
 minimize 0 1e-3 10000 100000
 timestep 1e-9
-"""  # the neighbor list is built anew as two bodies that overlap part
+""" + thermo("f_bonds[6]")  # as two bodies that overlap part the neighbor list is built anew, and nothing reads the records on the way
 MEET = """set atom 2 type 2
 set atom 2 x 0.0095
 velocity all set 0 0 0

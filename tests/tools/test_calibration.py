@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 import scipy.optimize
 from evp import calibration, curves, flow, law, measured
-from evp.calibration import Aims, Run, Table, Targets, check
+from evp.calibration import Aims, Run, Targets, check
+from evp.run_table import Table
 from inputs import call, program
 from metals import from_handbook
 

@@ -11,9 +11,10 @@ import evp
 import pytest
 import site_pages
 from evp import calibration, flow, run, surface
-from evp.calibration import Table, Targets
+from evp.calibration import Targets
 from evp.run import CHECKOUT as ROOT
 from evp.run import RunError
+from evp.run_table import Table
 from inputs import call, program
 
 TOOLS = ROOT / "tools"
