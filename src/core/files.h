@@ -47,6 +47,25 @@ inline std::string flow_text(const FlowTable &flow)
   return text;
 }
 
+/// Reads the numbers of the keyword words[at], whose first one is that member; returns the index behind them. Throws BadInput.
+inline size_t parse_keyword(const std::vector<std::string> &words, size_t at, const Member &first,
+                            Row &row)
+{
+  const Member *member = &first;
+  at++;
+  do {
+    double number;
+    const bool is_there = at < words.size();
+    if (member->place == Member::OPTIONAL && !(is_there && is_number(words[at], number))) break;
+    if (!is_there)
+      throw BadInput(std::string("keyword ") + first.key + " needs a value" +
+                     (member == &first ? "" : std::string(" more: ") + member->key));
+    row.*member->value = parse_number(member->key, words[at++]);
+    member->check(row, member);    // 0 may be what stands for a keyword that is not given
+  } while (++member != std::end(MEMBERS) && member->place != Member::HEAD);
+  return at;
+}
+
 /// The numbers and keywords of a row, checked; throws BadInput.
 inline Row parse_row(const std::vector<std::string> &words)
 {
@@ -59,23 +78,20 @@ inline Row parse_row(const std::vector<std::string> &words)
   for (int k = 0; k < NREQUIRED; k++)
     row.*MEMBERS[k].value = parse_number(MEMBERS[k].key, words[k]);
 
-  for (size_t at = NREQUIRED; at < words.size(); at += 2) {
+  for (size_t at = NREQUIRED; at < words.size();) {
     if (words[at] == "flow") {
-      at = parse_flow(words, at + 1, row.flow) - 2;
+      at = parse_flow(words, at + 1, row.flow);
       continue;
     }
     if (words[at] == "saturation")
       throw BadInput("keyword saturation of a row is gone: how far bonds hold is a table now, flow "
                      "p0 Y0 p1 Y1 ... (plastic strain, limit over xi_s)");
     const Member *const member = find_member(words[at]);
-    if (!member || member < MEMBERS + NREQUIRED)
+    if (!member || member < MEMBERS + NREQUIRED || member->place != Member::HEAD)
       throw BadInput("unknown keyword '" + shown(words[at]) + "' of a row: after its " +
                      std::to_string(NREQUIRED) + " values it may have " +
                      keys_of(MEMBERS + NREQUIRED, std::end(MEMBERS), ", ") + ", flow");
-    const std::string key = member->key;
-    if (at + 1 == words.size()) throw BadInput("keyword " + key + " needs a value");
-    row.*member->value = parse_number(key, words[at + 1]);
-    member->check(row, member);    // 0 may be what stands for a keyword that is not given
+    at = parse_keyword(words, at, *member, row);
   }
   if ((row.spacing > 0.0) != (row.coordination > 0.0))
     throw BadInput("spacing and coordination are given together or not at all: both say which "
@@ -90,7 +106,8 @@ inline std::string row_text(const Row &row)
   std::string text;
   for (const Member &member : MEMBERS)
     if (is_given(row, member)) {
-      if (&member >= MEMBERS + NREQUIRED) text += std::string(" ") + member.key;
+      if (&member >= MEMBERS + NREQUIRED && member.place == Member::HEAD)
+        text += std::string(" ") + member.key;
       text += (text.empty() ? "" : " ") + shortest_text(row.*member.value);
     }
   return row.flow.n > 0 ? text + " flow " + flow_text(row.flow) : text;

@@ -46,6 +46,15 @@ struct Row {
   double density = 0.0;         ///< of the solid [mass/volume]
   FlowTable flow = {};          ///< with plasticity
 
+  // of fix evp/heat
+  double conductivity = 0.0;    ///< of the solid [power/length/temperature]
+  double capacity = 0.0;        ///< [energy/mass/temperature]
+  double soften_tref = -1.0;    ///< limits fall from here on; below 0: never. [temperature]
+  double soften_tmelt = 0.0;    ///< to soften_floor here
+  double soften_m = 1.0;        ///< exponent of softening()
+  double soften_floor = 0.02;
+  double melt = 0.0;    ///< latent heat at soften_tmelt [energy/mass]
+
   /// Does the row name the bodies that it holds for? Both or none: parse_row() sees to that.
   bool is_scaled() const { return spacing > 0.0; }
 };
@@ -60,6 +69,11 @@ struct Member {
   const char *key;    ///< in rows, messages, and for fix adapt
   double Row::*value;
   void (*check)(const Row &row, const Member *self);    ///< throws BadInput
+  /// Of a keyword with several numbers: is this one of its further numbers, and may it be left out?
+  enum Place { HEAD, FURTHER, OPTIONAL } place = HEAD;
+
+  /// The first number of its keyword.
+  const Member *head() const { return place == HEAD ? this : (this - 1)->head(); }
 };
 
 /// The rules of the members.
@@ -108,6 +122,26 @@ namespace rule {
   {
     demand(row.*self->value > 0.0, row, self, "must be positive");
   }
+  inline void above_zero_temperature(const Row &row, const Member *self)
+  {
+    demand(row.*self->value >= 0.0, row, self, "must be a temperature of 0 or more");
+  }
+  inline void melting_temperature(const Row &row, const Member *self)
+  {
+    demand(row.*self->value > row.soften_tref, row, self,
+           "must lie above TREF = " + rounded(row.soften_tref));
+  }
+  inline void share(const Row &row, const Member *self)
+  {
+    demand(row.*self->value > 0.0 && row.*self->value < 1.0, row, self,
+           "must lie between 0 and 1 (the share of the limit that is left when it melts)");
+  }
+  inline void latent_heat(const Row &row, const Member *self)
+  {
+    positive(row, self);
+    if (row.soften_tref < 0.0)
+      throw BadInput("melt needs soften TREF TMELT M in front of it, which says where it melts");
+  }
   inline void volume_stiffness(const Row &row, const Member *self)
   {
     demand(row.*self->value >= 0.0 && row.*self->value <= HIGHEST_KV, row, self,
@@ -129,14 +163,23 @@ constexpr Member MEMBERS[] = {{"e1", &Row::e1, rule::not_negative},
                               {"spacing", &Row::spacing, rule::positive},
                               {"coordination", &Row::coordination, rule::positive},
                               {"kv", &Row::kv, rule::volume_stiffness},
-                              {"density", &Row::density, rule::positive}};
+                              {"density", &Row::density, rule::positive},
+                              {"conductivity", &Row::conductivity, rule::positive},
+                              {"capacity", &Row::capacity, rule::positive},
+                              {"soften", &Row::soften_tref, rule::above_zero_temperature},
+                              {"soften_tmelt", &Row::soften_tmelt, rule::melting_temperature,
+                               Member::FURTHER},
+                              {"soften_m", &Row::soften_m, rule::positive, Member::FURTHER},
+                              {"soften_floor", &Row::soften_floor, rule::share, Member::OPTIONAL},
+                              {"melt", &Row::melt, rule::latent_heat}};
 constexpr int NMEMBERS = (int) std::size(MEMBERS);
 constexpr int NREQUIRED = 9;    // those in front, without a keyword
 
 /// Is the member required, or another than its default?
 inline bool is_given(const Row &row, const Member &member)
 {
-  return &member < MEMBERS + NREQUIRED || row.*member.value != Row{}.*member.value;
+  const Member &head = *member.head();    // whose further numbers may be their defaults
+  return &head < MEMBERS + NREQUIRED || row.*head.value != Row{}.*head.value;
 }
 
 /// The strain of a bond where -F d is largest: one that holds so far would flow without an end.
@@ -188,11 +231,12 @@ inline const Member *find_member(const std::string &key)
   return nullptr;
 }
 
-/// The keys of some members, for messages.
+/// The keys of some members, or keywords, for messages.
 inline std::string keys_of(const Member *first, const Member *last, const char *between)
 {
   std::string keys;
-  for (; first != last; first++) keys += (keys.empty() ? "" : between) + std::string(first->key);
+  for (; first != last; first++)
+    if (first->place == Member::HEAD) keys += (keys.empty() ? "" : between) + std::string(first->key);
   return keys;
 }
 

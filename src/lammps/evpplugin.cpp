@@ -9,6 +9,7 @@
 #include "fix_dt_evp.h"
 #include "fix_evp_bonds.h"
 #include "fix_evp_energy.h"
+#include "fix_evp_heat.h"
 #include "fix_evp_volume.h"
 #include "fix_nve_evp.h"
 #include "pair_evp_lj.h"
@@ -93,6 +94,7 @@ extern "C" __attribute__((visibility("default"))) void lammpsplugin_init(void *l
   add("fix", "dt/evp", create<FixDtEVP, int, char **>,
       "EVP timestep size as a fraction of the largest stable one");
   add("fix", "evp/energy", create<FixEVPEnergy, int, char **>, "EVP energy balance");
+  add("fix", "evp/heat", create<FixEVPHeat, int, char **>, "EVP heat of deformation");
   add("fix", "evp/volume", create<FixEVPVolume, int, char **>, "EVP volume energy");
   add("compute", "evp/dt", create<ComputeEVPDt, int, char **>, "EVP largest stable timestep size");
   add("compute", "evp/state/atom", create<ComputeEVPStateAtom, int, char **>,

@@ -136,7 +136,6 @@ void FixEVPBonds::check_history() const
 
 void FixEVPBonds::return_histories()
 {
-  if (!bonds->has_history()) return;
   if (PairData *now = PairData::find(force)) {
     now->return_histories(*bonds);
     if (events) events->write(now->histories.events);
@@ -170,9 +169,8 @@ static bool is_at_rest(Min *minimizer, double force_tolerance)
 // where it came to rest
 void FixEVPBonds::post_run()
 {
-  if (!bonds->has_history()) return;
   stepping = false;
-  if (update->whichflag == 2) {
+  if (update->whichflag == 2 && bonds->has_history()) {
     if (is_at_rest(update->minimize, update->ftol))
       pair_data->commit(true);
     else

@@ -67,6 +67,7 @@ void FixNVEEVP::init()
   check_groups();
   positions_known = false;
   if (path && !keeps_records()) keep_records();
+  heat = scene::find_shared<Heat>(modify, "evp/heat", "heat");
   balance_wanted = scene::find_fix(modify, "evp/energy") != nullptr;
   rotation_warned = false;
   solver.forget();
@@ -267,6 +268,10 @@ void FixNVEEVP::kick()
       const double scale = half * scene::inverse_mass(atom, force, i);
       for (int c = 0; c < 3; c++) atom->v[i][c] += scale * atom->f[i][c];
     }
+  if (!heat || applied.empty()) return;
+  dampers.for_each([&](int i, const Dampers::Damper &damper, double along) {
+    heat->add(i, damper.j, dampers.takes_reaction(damper), half * along * along);
+  });
 }
 
 // h: the time over which the damping acts, the timestep or its second half.

@@ -295,7 +295,7 @@ bool PairData::prepare(const NeighList *neighbors)
   const bool due = neighbor->ago == 0 || repack_due || source.version() != source_version ||
       (!atom->avec->comm_x_only && on_any(snapshot.radii_changed(), world));
   const bool is_first = due && pack(neighbors);
-  histories.move_limits_if_due(wanted_work());
+  histories.begin_forces(wanted_work());
   return is_first;
 }
 

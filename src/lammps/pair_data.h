@@ -189,6 +189,9 @@ class PairData : protected Pointers {
     return coefficients.gamma_elsewhere(pair.law);
   }
 
+  /// Of the spheres of a type, as given.
+  Row row_of(int type) const { return coefficients.row(type, type); }
+
   /// True where fix nve/evp takes over the damping of some pairs, those with an atom of its group.
   bool damps_implicitly() const { return any_gamma && implicit_groupbit; }
 
@@ -263,8 +266,8 @@ class PairData : protected Pointers {
   /// Types or coefficients have changed since the last packing.
   void repack() { repack_due = true; }
 
-  /// Collective, before the forces: packs the pairs if the neighbor list, the bonds or radii have changed, and moves the
-  /// limits of spheres on where that is due. Returns whether this is the first packing of a run.
+  /// Collective, before the forces: packs the pairs if the neighbor list, the bonds or radii have changed, and hands heat
+  /// out and moves the limits of spheres on where that is due. Returns whether this is the first packing of a run.
   bool prepare(const NeighList *);
 
   double memory_usage() const

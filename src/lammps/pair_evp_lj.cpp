@@ -292,12 +292,15 @@ void PairEVPLJ::sum_forces(bool damps)
 
   const bool energy = eflag_either != 0, incremental = pair_data.is_incremental();
   const bool each = eflag_atom || vflag_atom || cvflag_atom || num_tally_compute > 0;
+  const auto of_fix = damps ? pair_data.histories.heat() : nullptr;
+  DampingHeat heat(of_fix.get(), lists.nreact);
   PairTally tally(this, lists.nlocal, force->newton_pair, energy, incremental);
   const auto add = [&](PairList &list, const BlockLaw &law, PairConsumer *volume_forces,
                        PairConsumer *changing) {
     PairSums sums(lists.nreact, energy, vflag_global != 0, incremental);
     PairConsumer *const asked = each ? static_cast<PairConsumer *>(&tally) : &sums;
-    accumulate_forces(list, law, view, {volume_forces, changing, evflag ? asked : nullptr, work});
+    accumulate_forces(list, law, view, {volume_forces, changing, heat.acts() && view.v ? &heat : nullptr,
+                       evflag ? asked : nullptr, work});
     eng_vdwl += sums.energies.total();
     for (int k = 0; k < 6; k++) virial[k] += sums.virials[k].total();
   };

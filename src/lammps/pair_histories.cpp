@@ -23,7 +23,8 @@ void PairHistories::begin_run(BondStore *records_in, PerAtomComm *exchange_in, b
   keeps_events = keeps_events_in;
   records = records_in;
   exchange = exchange_in;
-  limits_due = false;
+  heat_ = scene::find_shared<Heat>(modify, "evp/heat", "heat");
+  limits_due = heat_due = false;
   strains.clear();
   ends.strains = nullptr;
   begins.within = rules.join.within * rules.join.within;
@@ -31,14 +32,24 @@ void PairHistories::begin_run(BondStore *records_in, PerAtomComm *exchange_in, b
   every = scene::find_fix(modify, "nve/evp") ? 1 : EVERY;
 }
 
-// by the number of the step, so that neither neighbor builds nor MPI ranks nor restarts matter
+// by the number of the step, so that neither neighbor builds nor MPI ranks nor restarts matter. Between runs temperatures
+// may have been set
 void PairHistories::begin_step()
 {
-  limits_due = rules.plastic && update->whichflag == 1 && update->ntimestep % every == 0;
+  if (update->whichflag != 1) return;
+  const auto heat = this->heat();
+  heat_due = heat && heat->is_due();
+  const bool is_first = update->ntimestep == update->firststep + 1;
+  limits_due = rules.plastic &&
+      (update->ntimestep % every == 0 || heat_due || (heat && is_first));
 }
 
-void PairHistories::move_limits_if_due(PairWork *work)
+void PairHistories::begin_forces(PairWork *work)
 {
+  if (std::exchange(heat_due, false)) {
+    if (rules.has_history()) bring_sums_home();
+    heat()->hand_out(lists);
+  }
   if (std::exchange(limits_due, false)) move_limits(work);
 }
 
@@ -46,6 +57,7 @@ void PairHistories::note_packing()
 {
   ends.clear();
   begins.clear();
+  if (const auto heat = this->heat()) heat->note_packing(lists.nall);
   if (!rules.has_history()) return;
   sums.reset(lists.nall);
   if (!rules.plastic) return;
@@ -59,20 +71,24 @@ void PairHistories::note_packing()
 void PairHistories::bring_sums_home()
 {
   exchange->reverse_comm(sums.values);
+  const auto heat = this->heat();
   for (int i = 0; i < lists.nlocal; i++) {
+    const double work = std::exchange(sums.of(i, FlowSums::WORK), 0.0);
     records->sphere(i).slip += std::exchange(sums.of(i, FlowSums::SLIP), 0.0);
-    records->sphere(i).work += std::exchange(sums.of(i, FlowSums::WORK), 0.0);
+    records->sphere(i).work += work;
+    if (heat) heat->add_plastic(i, work);
   }
   std::fill(sums.values.begin() + (size_t) FlowSums::WIDTH * lists.nlocal, sums.values.end(), 0.0);
 }
 
-// Collective. From the plastic strains of own atoms to the limits of these and of ghosts
+// Collective. From the plastic strains of own atoms, and their softening, to the limits of these and of ghosts
 void PairHistories::share_limits()
 {
   PerAtomComm::Values values((size_t) 3 * lists.nall, 0.0);
+  const auto heat = this->heat();
   for (int i = 0; i < lists.nlocal; i++) {
     const double p = records->sphere(i).p;
-    values[(size_t) 3 * i] = types.limit(atom->type[i])(p);
+    values[(size_t) 3 * i] = types.limit(atom->type[i])(p) * (heat ? heat->softening(i) : 1.0);
     values[(size_t) 3 * i + 1] = p;
   }
   exchange->forward_comm(values);
@@ -96,6 +112,7 @@ void PairHistories::move_limits(PairWork *work)
   bring_sums_home();
   for (int i = 0; i < lists.nlocal; i++)
     records->sphere(i).move_on((double) records->of(i).size() - sums.of(i, FlowSums::ENDED));
+  if (const auto heat = this->heat()) heat->take_softening();
   share_limits();
   for_each_limit([&](double &limit, double now, PairList &list, int i, int n) {
     const double before = std::exchange(limit, now);
@@ -185,15 +202,20 @@ void PairHistories::end_bonds(PairWork *work, VolumeForces *volume)
     note_event(i, bond.j, atom->tag[bond.j],
                d < dlim * (1.0 - BOND_MARGIN) ? BondEvent::FAILED : BondEvent::AT_DLIM);
     if (rules.plastic) sums.add(i, bond.j, lists.nreact, FlowSums::ENDED, 1.0);
-    if (work)
-      work->end(coefficients.law(bond.law).state(d * bond.inv_deq, bond).stored,
-                rank_share(bond.j, lists.nreact));
+    end_at(i, bond.j, coefficients.law(bond.law).state(d * bond.inv_deq, bond).stored, work);
     if (volume) volume->pair_leaves(lists, i, bond.j, 1.0 / lists.bonds.inv_dlim[k]);
     if (left.cutoff > 0.0) add_contact(i, bond, d, left);
   }
   lists.bonds.remove(ends.found);
   ends.clear();
   lists.build++;
+}
+
+// a pair of own atom i loses what it holds, which becomes heat
+void PairHistories::end_at(int i, int j, const Stored &held, PairWork *work)
+{
+  if (work) work->end(held, rank_share(j, lists.nreact));
+  if (const auto heat = this->heat()) heat->add(i, j, j < lists.nreact, held.total());
 }
 
 // of own atom i and j; of one whose partner is far j is i. Of two that meet it the one with the lower ID tells
@@ -236,9 +258,7 @@ void PairHistories::begin_bonds(PairWork *work, VolumeForces *volume)
     const int law = coefficients.within_body(contact.law);
     const double alpha = coefficients.law(law).row.alpha;
     const double dlim = alpha * (atom->radius[i] + atom->radius[contact.j]);
-    if (work)
-      work->end(coefficients.law(contact.law).state(d * contact.inv_deq, contact).stored,
-                rank_share(contact.j, lists.nreact));
+    end_at(i, contact.j, coefficients.law(contact.law).state(d * contact.inv_deq, contact).stored, work);
     journal.push_back({i, contact.j, atom->tag[contact.j], d, PairEvent::BEGAN});
     note_event(i, contact.j, atom->tag[contact.j], BondEvent::JOINED);
     if (d < contact.cut * rules.join.within / APART && !is_copy(i, contact.j)) jumps++;
@@ -268,6 +288,7 @@ void PairHistories::end_far_bonds(PairWork *work)
     note_event(bond.i, bond.i, bond.partner, bond.at_dlim ? BondEvent::AT_DLIM : BondEvent::FAILED);
     sums.of(bond.i, FlowSums::ENDED) += 1.0;
     sums.of(bond.i, FlowSums::WORK) += 0.5 * bond.state.dissipated;
+    if (const auto heat = this->heat()) heat->add(bond.i, -1, false, bond.state.stored.total());
     if (rules.plastic)
       sums.of(bond.i, FlowSums::SLIP) +=
           std::fabs(log_of_ratio(bond.state.inv_deq, 1.0 / bond.deq));
@@ -278,8 +299,13 @@ void PairHistories::end_far_bonds(PairWork *work)
 
 void PairHistories::return_to(const BondStore &store, VolumeForces *volume)
 {
-  if (!due || &store != records) return;
-  due = false;
+  if (&store != records) return;
+  if (std::exchange(due, false)) return_due(volume);
+  if (const auto heat = this->heat()) heat->bring_home();
+}
+
+void PairHistories::return_due(VolumeForces *volume)
+{
   bring_sums_home();
   if (volume) volume->note_bonds_at_rest(lists);
   if (rules.plastic) add_moves();

@@ -6,11 +6,13 @@
 #include "core/coefficients.h"
 #include "core/contacts.h"
 #include "core/energy_balance.h"
+#include "core/heat.h"
 #include "event_file.h"
 #include "lammps_names.h"
 #include "pair_types.h"
 #include "volume_forces.h"
 
+#include <memory>
 #include <vector>
 
 namespace EVP {
@@ -50,9 +52,12 @@ class PairHistories : protected Pointers {
   /// At the beginning of a step of a run, before its forces.
   void begin_step();
 
-  /// Collective. Moves the plastic strains and limits of the spheres on, where that is due. work: is told of what this
-  /// dissipates, nullptr without.
-  void move_limits_if_due(PairWork *work);
+  /// Collective, before forces. Where that is due heat is handed out, and the plastic strains and limits of the spheres move
+  /// on. work: is told of what this dissipates, nullptr without.
+  void begin_forces(PairWork *work);
+
+  /// That of fix evp/heat, nullptr without.
+  std::shared_ptr<Heat> heat() const { return heat_.lock(); }
 
   /// When a minimization is at rest, before commit(): finds anew what changes, as a minimizer may have tried other places
   /// last.
@@ -88,8 +93,8 @@ class PairHistories : protected Pointers {
   /// Collective. The lists were packed anew: what the last forces found is void.
   void note_packing();
 
-  /// Collective, where they are due: to the records of their atoms. Called before atoms migrate, and before others read
-  /// the records. volume: is told how bonds are at rest now, nullptr without.
+  /// Collective: to the records of their atoms, where they are due, and so does heat. Called before atoms migrate, and before
+  /// others read the records. volume: is told how bonds are at rest now, nullptr without.
   void return_to(const BondStore &, VolumeForces *volume);
 
   /// Collective, in the packing of a new neighbor list. Which bonds does it not have, as they are past its end? Returns how
@@ -118,6 +123,7 @@ class PairHistories : protected Pointers {
   const PairTypes &types;
   BondStore *records = nullptr;
   PerAtomComm *exchange = nullptr;
+  std::weak_ptr<Heat> heat_;    // its fix may go between runs
 
   /// What has become of a pair of own atom i, which that atom and j are told. j: -1 of a bond whose partner is far, and as a
   /// message to the rank of i.
@@ -152,7 +158,7 @@ class PairHistories : protected Pointers {
   FlowSums sums;
   // of own atoms and ghosts: plastic strains, where bonds end by them; with plasticity how far their bonds hold, see Limit
   std::vector<double> strains, limits;
-  bool due = false, limits_due = false, keeps_events = false;
+  bool due = false, limits_due = false, heat_due = false, keeps_events = false;
   bigint jumps =
       0;    // pairs that joined far within the distance where they should, not told of yet
   bool jumps_told = false;
@@ -161,6 +167,7 @@ class PairHistories : protected Pointers {
   /// Does another row hold the pair too, which stands for both? Without newton, across MPI ranks or a periodic boundary.
   bool is_copy(int i, int j) const { return j >= lists.nreact && atom->tag[i] > atom->tag[j]; }
   void bring_sums_home();
+  void end_at(int i, int j, const Stored &held, PairWork *);
   void share_limits();
   void move_limits(PairWork *);
   double limit_of(int law, int i, double of_partner) const;
@@ -173,6 +180,7 @@ class PairHistories : protected Pointers {
   void end_far_bonds(PairWork *);
   void begin_bonds(PairWork *, VolumeForces *);
   void apply(const PairEvent &);
+  void return_due(VolumeForces *);
   void tell_owners();
   void add_moves();
 };

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: GPL-2.0-only
+#pragma once
+
+#include "core/pair_block.h"
+#include "core/row.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace EVP {
+
+/// Share of its limit that a sphere keeps at a temperature: 1 - ((T - TREF)/(TMELT - TREF))^M (Johnson and Cook), and no
+/// less than a floor.
+inline double softening(const Row &row, double temperature)
+{
+  if (row.soften_tref < 0.0 || !(temperature > row.soften_tref)) return 1.0;
+  const double share =
+      (temperature - row.soften_tref) / (row.soften_tmelt - row.soften_tref);
+  return std::max(1.0 - std::pow(share, row.soften_m), row.soften_floor);
+}
+
+/// The part of a particle in the conductances of its bonds [length^3]: 3 V/z, V its share of the volume of the body.
+inline double conducting_share(double volume, double bonds)
+{
+  return bonds > 0.0 ? 3.0 * volume / bonds : 0.0;
+}
+
+/// Conductance of a bond between particles that are d apart [power/temperature]: k (3 V_i/z_i + 3 V_j/z_j)/d^2, with which
+/// the bonds of an isotropic body add up to k. Of two materials k is that of both in series. d counts as no shorter than half
+/// of R_i + R_j: the largest stable step would go to zero.
+inline double conductance(double k_i, double k_j, double share_i, double share_j, double dsq,
+                          double sum_radii)
+{
+  if (!(k_i > 0.0 && k_j > 0.0)) return 0.0;
+  const double in_series = k_i == k_j ? k_i : 2.0 * k_i * k_j / (k_i + k_j);
+  return in_series * (share_i + share_j) / std::max(dsq, 0.25 * sum_radii * sum_radii);
+}
+
+/// Heat of a particle: what it has taken is in its temperature, and once it melts in its latent heat first.
+struct ThermalState {
+  double temperature;
+  double latent;    ///< taken so far [energy]
+
+  /// Takes an energy, which may be negative. capacity: m CP [energy/temperature].
+  void take(double energy, const Row &row, double mass)
+  {
+    const double capacity = mass * row.capacity, most = mass * row.melt;
+    if (!(most > 0.0)) {
+      temperature += energy / capacity;
+      return;
+    }
+    // what others have set: no more latent heat than there is at that temperature
+    if (temperature < row.soften_tmelt) latent = 0.0;
+    if (temperature > row.soften_tmelt) latent = most;
+    const double above = capacity * (temperature - row.soften_tmelt) + latent + energy;
+    latent = std::clamp(above, 0.0, most);
+    temperature = row.soften_tmelt + (above - latent) / capacity;
+  }
+};
+
+/// What pairs leave on the particles of one MPI rank, and what temperatures leave of their limits. That of fix evp/heat.
+class Heat {
+ public:
+  /// Half to each particle of a pair, to the second one where it takes reactions [energy].
+  void add(int i, int j, bool takes_reaction, double energy)
+  {
+    generated[i] += 0.5 * energy;
+    if (takes_reaction) generated[j] += 0.5 * energy;
+  }
+
+  /// Half of what a pair of own particle i has dissipated by flow [energy].
+  virtual void add_plastic(int i, double energy) = 0;
+
+  /// Collective. The pairs were packed for so many particles and ghosts.
+  virtual void note_packing(int nall) = 0;
+
+  /// Collective. What was added goes to the owners: before particles migrate.
+  virtual void bring_home() = 0;
+
+  /// Is it handed out before the forces of this step?
+  virtual bool is_due() const = 0;
+
+  /// Collective. Conducts by the bonds at the present positions, and hands out what was brought home.
+  virtual void hand_out(const PairLists &) = 0;
+
+  /// Limits follow the temperatures of now.
+  virtual void take_softening() = 0;
+
+  /// Share of its limit that own particle i keeps, as of then.
+  virtual double softening(int i) const = 0;
+
+  /// Time that the explicit damping of the next forces stands for, once in a step; then and outside of steps 0.
+  virtual double take_damping_time() = 0;
+
+ protected:
+  std::vector<double> generated;    ///< by particles and ghosts [energy]
+  ~Heat() = default;
+};
+
+/// Heat of the explicit damping of eq. 4, pair by pair, at the velocities that the forces see.
+class DampingHeat final : public PairConsumer {
+ public:
+  /// heat: nullptr without
+  DampingHeat(Heat *heat_in, int nreact_in) :
+      heat(heat_in), nreact(nreact_in), time(heat ? heat->take_damping_time() : 0.0)
+  {
+  }
+
+  void ask(const PairList &, BlockLaw::Asked &asked) const override { asked.stored = true; }
+  void operator()(const PairRange &range, PairBlock &block) override
+  {
+    range.for_each_row([&](int i, int first, int last) {
+      for (int n = first; n < last; n++) {
+        const int j = range.list.j[n], k = n - range.first;
+        heat->add(i, j, j < nreact, -time * block.damping[k] * block.approach[k]);
+      }
+    });
+  }
+  bool acts() const { return time > 0.0; }
+
+ private:
+  Heat *const heat;
+  const int nreact;
+  const double time;
+};
+
+}    // namespace EVP

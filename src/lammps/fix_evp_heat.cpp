@@ -1,0 +1,413 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "fix_evp_heat.h"
+
+#include "collective.h"
+#include "core/stiffness_matrix.h"
+#include "scene.h"
+#include "user_input.h"
+
+#include "comm.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+using namespace LAMMPS_NS;
+using namespace EVP;
+
+static constexpr double RESTART_FORMAT = 2007;    // first word of our section in restart files
+
+// fix ID group evp/heat [every 100] [taylor 0.9]
+FixEVPHeat::FixEVPHeat(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp, narg, arg)
+{
+  for_each_keyword(error, who, narg - 3, arg + 3, {"every", "taylor"}, " and ",
+                   [this](const Keyword &word) {
+                     const double value = word.number();
+                     if (word.is("every")) {
+                       word.demand(value >= 1.0 && value <= 1.0e9 && value == std::floor(value),
+                                   "must be an integer from 1 to 1e9 (steps)");
+                       every = (int) value;
+                     } else {
+                       word.demand(value >= 0.0 && value <= 1.0,
+                                   "must lie between 0 and 1 (share of plastic work that is heat)");
+                       of_plastic = value;
+                     }
+                   });
+  scene::demand_only_one(modify, error, this, who);
+  comm_forward = 2;
+  comm_reverse = 1;
+  dynamic_group_allow = 0;
+  restart_global = restart_peratom = 1;
+  nevery = 1;
+  scene::offer_values(this, NACCOUNTS + 2);
+  peratom_flag = peratom_freq = 1;
+  size_peratom_cols = 0;
+  keep_records();
+  atom->add_callback(Atom::GROW);
+  atom->add_callback(Atom::RESTART);
+}
+
+FixEVPHeat::~FixEVPHeat()
+{
+  atom->delete_callback(id, Atom::GROW);
+  atom->delete_callback(id, Atom::RESTART);
+}
+
+void FixEVPHeat::grow_arrays(int nmax)
+{
+  AtomRecords::grow_arrays(nmax);
+  through.resize(nmax);
+  vector_atom = through.data();
+}
+
+void *FixEVPHeat::extract(const char *name, int &dim)
+{
+  dim = -1;    // nothing that fix adapt could write
+  return strcmp(name, "heat") == 0 ? &shown : nullptr;
+}
+
+void FixEVPHeat::init()
+{
+  pair_data = PairData::require(force, error, who);
+  scene::refuse_respa(update, error, who);
+  if (!scene::find_fix(modify, "evp/bonds"))
+    error->all(FLERR,
+               "{} needs fix evp/bonds, along whose bonds heat flows: define one before the run",
+               who);
+  if (!atom->temperature_flag || !atom->heatflow_flag)
+    error->all(FLERR,
+               "{} needs atoms with a temperature and a heat flow: define 'fix ID all "
+               "property/atom temperature heatflow ghost yes' and 'set group all temperature T' "
+               "before it",
+               who);
+  rows.resize(1);
+  for (int type = 1; type <= atom->ntypes; type++) rows.push_back(pair_data->row_of(type));
+  others_pairs = force->pair_match("evp/lj", 1) != force->pair;
+  others_groupbits = 0;
+  for (const Fix *other : modify->get_fix_list())
+    if (utils::strmatch(other->style, "^heat/flow")) others_groupbits |= other->groupbit;
+  check_atoms();
+  damping_time = 0.0;
+  if (!std::exchange(begun, true)) take_softening();
+}
+
+// by the smallest ID, so that any number of MPI ranks says the same
+void FixEVPHeat::check_atoms() const
+{
+  enum { TEMPERATURE, TWICE, ROW, N };
+  std::array<tagint, N> first;
+  first.fill(MAXTAGINT);
+  for (int i = 0; i < atom->nlocal; i++) {
+    const Row &row = rows[atom->type[i]];
+    const auto note = [&](int what) {
+      first[what] = std::min(first[what], atom->tag[i]);
+    };
+    if (!(atom->temperature[i] >= 0.0 && std::isfinite(atom->temperature[i]))) note(TEMPERATURE);
+    if (is_free(i) && (atom->mask[i] & others_groupbits)) note(TWICE);
+    if ((is_free(i) && row.capacity == 0.0) || (row.conductivity > 0.0 && row.density == 0.0))
+      note(ROW);
+  }
+  first = reduce_all(first, MPI_MIN, world);
+  if (first[TEMPERATURE] < MAXTAGINT)
+    error->all(FLERR,
+               "{}: the temperature of atom {} is negative or not a number: use 'set ... "
+               "temperature T' with a temperature of 0 or more",
+               who, first[TEMPERATURE]);
+  if (first[TWICE] < MAXTAGINT)
+    error->all(FLERR,
+               "{}: atom {} is of a fix heat/flow too, which would warm it a second time: leave "
+               "it to one of the two",
+               who, first[TWICE]);
+  if (first[ROW] < MAXTAGINT)
+    error->all(FLERR,
+               "{}: the row of the type of atom {} lacks {}: add 'capacity CP' and, with "
+               "'conductivity K', 'density RHO' of the solid, or leave atoms that are to hold "
+               "their temperature out of the group",
+               who, first[ROW], "what heat needs");
+}
+
+void FixEVPHeat::setup(int /*vflag*/)
+{
+  for (int i = 0; i < atom->nlocal; i++) through[i] = records[i].out;
+  if (update->whichflag != 1) return;
+  find_links(pair_data->packed_pairs());
+  most_checked = highest_sum();
+  limit = largest_stable_step();
+  const std::string line = fmt::format(
+      "fix evp/heat {}: largest stable thermal step {:.6g}, every {} steps of {:.6g}: {:.6g}\n",
+      id, limit, every, update->dt, every * update->dt);
+  if (line != std::exchange(last_report, line) && comm->me == 0) utils::logmesg(lmp, line);
+  if (scene::makes_steps(lmp)) check_step(every * update->dt);
+}
+
+// heat flow is that of one step: LAMMPS' styles add to it
+void FixEVPHeat::pre_force(int /*vflag*/)
+{
+  elapsed += update->dt;
+  damping_time = update->dt;
+  if (!others_groupbits)
+    std::fill_n(atom->heatflow, atom->nlocal + atom->nghost, 0.0);    // else fix heat/flow does
+}
+
+void FixEVPHeat::end_of_step()
+{
+  damping_time = 0.0;
+  const int nlocal = atom->nlocal;
+  double *const heatflow = atom->heatflow;
+  if (others_pairs && !others_groupbits) {
+    Values of_ghosts(heatflow, heatflow + nlocal + atom->nghost);
+    reverse_comm(of_ghosts);
+    std::copy_n(of_ghosts.begin(), nlocal, heatflow);
+  }
+  for (int i = 0; i < nlocal; i++) {
+    through[i] = records[i].out;
+    if (heatflow[i] == 0.0 || (atom->mask[i] & others_groupbits)) continue;
+    const double energy = update->dt * heatflow[i];
+    records[i].waiting += energy;
+    account[OF_OTHERS] += energy;
+  }
+}
+
+void FixEVPHeat::add_plastic(int i, double energy)
+{
+  const double heat = of_plastic * energy;
+  records[i].waiting += heat;
+  account[OF_WORK] += heat;
+}
+
+void FixEVPHeat::note_packing(int nall)
+{
+  generated.resize(nall, 0.0);    // all of them 0 where the list is another
+  is_packed = true;
+}
+
+void FixEVPHeat::bring_home()
+{
+  if (!is_packed) return;
+  reverse_comm(generated);
+  const int nlocal = std::min((int) generated.size(), atom->nlocal);
+  for (int i = 0; i < nlocal; i++) {
+    records[i].waiting += generated[i];
+    account[OF_WORK] += generated[i];
+  }
+  std::fill(generated.begin(), generated.end(), 0.0);
+}
+
+void FixEVPHeat::take_softening()
+{
+  for (int i = 0; i < atom->nlocal; i++)
+    records[i].softening = EVP::softening(rows[atom->type[i]], atom->temperature[i]);
+}
+
+// Collective. The bonds that conduct at the present positions, and the temperatures of ghosts
+void FixEVPHeat::find_links(const PairLists &lists)
+{
+  const int nall = lists.nall, *const type = atom->type;
+  Values bonds(nall, 0.0);    // of each
+  for (const PackedRow &row : lists.bonds.rows)
+    for (int k = row.first; k < row.last; k++) {
+      bonds[row.i] += 1.0;
+      if (lists.bonds.j[k] < lists.nreact) bonds[lists.bonds.j[k]] += 1.0;
+    }
+  reverse_comm(bonds);
+  shared.assign((size_t) 2 * nall, 0.0);
+  inverse_capacity.assign(nall, 0.0);
+  for (int i = 0; i < nall; i++) {
+    const Row &row = rows[type[i]];
+    const double mass = scene::mass(atom, i);
+    if (is_free(i)) inverse_capacity[i] = 1.0 / (mass * row.capacity);
+    if (i >= lists.nlocal) continue;
+    if (row.conductivity > 0.0)
+      shared[(size_t) 2 * i] = conducting_share(mass / row.density, bonds[i]);
+    shared[(size_t) 2 * i + 1] = atom->temperature[i];
+  }
+  forward_comm(shared);
+  links.clear();
+  for_each_pair(lists.bonds, scene::rows(atom->x), [&](const PlacedPair &p) {
+    const double by = conductance(rows[type[p.i]].conductivity, rows[type[p.j]].conductivity,
+                                  shared[(size_t) 2 * p.i], shared[(size_t) 2 * p.j], p.g.dsq,
+                                  atom->radius[p.i] + atom->radius[p.j]);
+    if (by > 0.0 && !p.is_past_cutoff()) links.push_back({p.i, p.j, by});
+  });
+}
+
+// Collective. flow: of each atom the sum over its bonds of conductance times difference(i, j)
+template <class F> void FixEVPHeat::sum_flows(F &&difference)
+{
+  const int nreact = pair_data->packed_pairs().nreact;
+  flow.assign(inverse_capacity.size(), 0.0);
+  for (const Link &link : links) {
+    flow[link.i] += link.conductance * difference(link.i, link.j);
+    if (link.j < nreact) flow[link.j] += link.conductance * difference(link.j, link.i);
+  }
+  reverse_comm(flow);
+}
+
+// Collective. No eigenvalue of C^-1 G is larger than twice this
+double FixEVPHeat::highest_sum()
+{
+  sum_flows([](int, int) {
+    return 1.0;
+  });
+  double most = 0.0;
+  for (int i = 0; i < atom->nlocal; i++) most = std::max(most, flow[i] * inverse_capacity[i]);
+  return reduce_all(most, MPI_MAX, world);
+}
+
+// Collective. 2/lambda_max of C^-1/2 G C^-1/2 [time], of the links found last
+double FixEVPHeat::largest_stable_step()
+{
+  constexpr double TOLERANCE = 1e-8;
+  constexpr int MOST = 1000;
+  const int nlocal = atom->nlocal;
+  Values start(nlocal, 0.0), over_root((size_t) 2 * inverse_capacity.size(), 0.0);
+  for (int i = 0; i < nlocal; i++)    // any start will do, the same on every number of MPI ranks
+    if (inverse_capacity[i] > 0.0) start[i] = std::sin((double) atom->tag[i]);
+  const auto apply = [&](const Values &in, Values &out) {
+    for (int i = 0; i < nlocal; i++)
+      over_root[(size_t) 2 * i] = in[i] * std::sqrt(inverse_capacity[i]);
+    forward_comm(over_root);
+    sum_flows([&](int i, int j) {
+      return over_root[(size_t) 2 * i] - over_root[(size_t) 2 * j];
+    });
+    for (int i = 0; i < nlocal; i++) out[i] = flow[i] * std::sqrt(inverse_capacity[i]);
+  };
+  const auto dot = [this](const Values &a, const Values &b) {
+    double here = 0.0;
+    for (size_t k = 0; k < a.size(); k++) here += a[k] * b[k];
+    return sum(here);
+  };
+  const double highest = largest_eigenvalue(start, apply, dot, TOLERANCE, MOST).eigenvalue;
+  return highest > 0.0 ? 2.0 / highest : HUGE_VAL;
+}
+
+void FixEVPHeat::check_step(double step)
+{
+  if (!(step > limit)) return;
+  const double most = std::floor(every * limit / step);
+  error->all(FLERR,
+             "{}: heat is handed out every {:.6g}, above the largest stable thermal step {:.6g}: "
+             "temperatures would grow without end: {}",
+             who, step, limit,
+             most >= 1.0 ? fmt::format("use 'every {:.0f}' or less", most)
+                         : "use a smaller timestep");
+}
+
+void FixEVPHeat::hand_out(const PairLists &lists)
+{
+  const double time = std::exchange(elapsed, 0.0);
+  bring_home();
+  find_links(lists);
+  // the eigenvalue itself only where its bound does not do, and has grown since
+  if (const double most = highest_sum(); time * most > 1.0 && most > 1.001 * most_checked) {
+    most_checked = most;
+    limit = largest_stable_step();
+  }
+  if (time * most_checked > 1.0) check_step(time);
+  sum_flows([this](int i, int j) {
+    return shared[(size_t) 2 * j + 1] - shared[(size_t) 2 * i + 1];
+  });
+  bool all_finite = true;
+  for (int i = 0; i < atom->nlocal; i++) {
+    const double energy = time * flow[i] + std::exchange(records[i].waiting, 0.0);
+    if (!is_free(i)) {
+      account[OUT] += energy;
+      records[i].out += energy;
+      continue;
+    }
+    if (energy == 0.0) continue;
+    const Row &row = rows[atom->type[i]];
+    const double mass = scene::mass(atom, i);
+    ThermalState now = {atom->temperature[i], records[i].latent};
+    now.take(energy, row, mass);
+    account[STORED] += mass * row.capacity * (now.temperature - atom->temperature[i]) +
+        (now.latent - records[i].latent);
+    atom->temperature[i] = shared[(size_t) 2 * i + 1] = now.temperature;
+    records[i].latent = now.latent;
+    all_finite = all_finite && std::isfinite(now.temperature);
+  }
+  if (!all_finite)
+    error->one(FLERR, "{}: non-finite temperatures (NaN or Inf) at step {}", who,
+               update->ntimestep);
+  if (!others_pairs) return;
+  forward_comm(shared);
+  for (int i = atom->nlocal; i < lists.nall; i++)
+    atom->temperature[i] = shared[(size_t) 2 * i + 1];
+}
+
+// Collective
+std::array<double, FixEVPHeat::NACCOUNTS> FixEVPHeat::all_accounts()
+{
+  account[WAITING] = 0.0;
+  for (int i = 0; i < atom->nlocal; i++) account[WAITING] += records[i].waiting;
+  return reduce_all(account, MPI_SUM, world);
+}
+
+double FixEVPHeat::compute_scalar()
+{
+  const auto all = all_accounts();
+  return all[OF_WORK] + all[OF_OTHERS] - all[OUT] - all[WAITING] - all[STORED];
+}
+
+double FixEVPHeat::compute_vector(int n)
+{
+  if (n < NACCOUNTS) return all_accounts()[n];
+  if (n > NACCOUNTS) return limit;
+  double highest = 0.0;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (is_free(i)) highest = std::max(highest, atom->temperature[i]);
+  return reduce_all(highest, MPI_MAX, world);
+}
+
+double FixEVPHeat::memory_usage()
+{
+  return AtomRecords::memory_usage() +
+      bytes_of(links, shared, flow, inverse_capacity, through, generated);
+}
+
+void FixEVPHeat::write_restart(FILE *fp)
+{
+  if (Fix *const bonds = scene::find_fix(modify, "evp/bonds"))
+    bonds->pre_exchange();    // what pairs have dissipated so far
+  const auto all = all_accounts();
+  double words[2 + NACCOUNTS] = {RESTART_FORMAT, elapsed};
+  std::copy(all.begin(), all.end(), words + 2);
+  const int size = sizeof(words);
+  if (comm->me == 0) {
+    fwrite(&size, sizeof(int), 1, fp);
+    fwrite(words, size, 1, fp);
+  }
+}
+
+void FixEVPHeat::restart(char *buf)
+{
+  const auto *words = reinterpret_cast<const double *>(buf);
+  if (words[0] != RESTART_FORMAT)
+    error->all(FLERR,
+               "{}: its section of the restart file is damaged, or from a version of this package "
+               "that wrote another format: use an older restart file, or that version",
+               who);
+  elapsed = words[1];
+  begun = true;
+  if (comm->me == 0) std::copy_n(words + 2, account.size(), account.begin());
+}
+
+int FixEVPHeat::pack_restart(int i, double *buf)
+{
+  const HeatRecord &own = records[i];
+  const std::array words = {(double) RESTART_WORDS, own.waiting, own.latent, own.softening, own.out};
+  std::copy(words.begin(), words.end(), buf);
+  return RESTART_WORDS;
+}
+
+void FixEVPHeat::unpack_restart(int nlocal, int nth)
+{
+  const double *record = scene::find_restored(atom, nlocal, nth);
+  if (!record || record[0] != RESTART_WORDS)
+    error->one(FLERR,
+               "{}: the heat of atom {} in the restart file is damaged, or the atom is not from "
+               "that file: define the fix right after read_restart",
+               who, atom->tag[nlocal]);
+  records[nlocal] = {record[1], record[2], record[3], record[4]};
+}

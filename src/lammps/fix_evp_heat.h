@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: GPL-2.0-only
+#pragma once
+
+#include "core/heat.h"
+#include "pair_data.h"
+#include "per_atom.h"
+
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace EVP {
+
+/// What an atom keeps for fix evp/heat.
+struct HeatRecord {
+  double waiting;      ///< heat that its temperature does not have yet [energy]
+  double latent;       ///< see ThermalState
+  double softening;    ///< share of its limit that it keeps
+  double out;          ///< what it has taken and not kept, as it holds its temperature [energy]
+};
+
+}    // namespace EVP
+
+namespace LAMMPS_NS {
+
+/// Heat of deformation: what pairs dissipate warms their atoms, flows along the bonds and softens them. Temperatures and the
+/// heat flow of others are LAMMPS' own, of fix property/atom.
+class FixEVPHeat : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::HeatRecord>,
+                   public EVP::Heat {
+ public:
+  FixEVPHeat(class LAMMPS *, int, char **);
+  ~FixEVPHeat() override;
+
+  int setmask() override
+  {
+    using namespace FixConst;
+    return PRE_FORCE | END_OF_STEP;
+  }
+  void init() override;
+  void setup(int) override;
+  void pre_force(int) override;
+  void end_of_step() override;
+
+  // f_ID: imbalance of the account. f_ID[1..7], heat since the start: of work, of others' heatflow, out at atoms that hold
+  // their temperature, waiting, in the atoms; highest temperature, largest stable thermal step. Per atom: out at it
+  double compute_scalar() override;
+  double compute_vector(int) override;
+
+  /// "heat": the std::shared_ptr<EVP::Heat>.
+  void *extract(const char *, int &) override;
+  void grow_arrays(int) override;
+  void set_arrays(int i) override { records[i] = {0.0, 0.0, 1.0, 0.0}; }
+  double memory_usage() override;
+
+  void write_restart(FILE *) override;
+  void restart(char *) override;
+  int pack_restart(int, double *) override;
+  void unpack_restart(int, int) override;
+  int size_restart(int) override { return RESTART_WORDS; }
+  int maxsize_restart() override { return RESTART_WORDS; }
+
+  // what the pairs call, see EVP::Heat
+  void add_plastic(int i, double energy) override;
+  void note_packing(int nall) override;
+  void bring_home() override;
+  bool is_due() const override { return update->ntimestep % every == 0; }
+  void hand_out(const EVP::PairLists &) override;
+  void take_softening() override;
+  double softening(int i) const override { return records[i].softening; }
+  double take_damping_time() override { return std::exchange(damping_time, 0.0); }
+
+ private:
+  static constexpr int RESTART_WORDS = 5;
+  enum Account { OF_WORK, OF_OTHERS, OUT, WAITING, STORED, NACCOUNTS };
+
+  /// A bond that conducts.
+  struct Link {
+    int i, j;
+    double conductance;
+  };
+
+  int every = 100;
+  double of_plastic = 0.9;    // share of plastic work that is heat (Taylor and Quinney)
+  std::shared_ptr<EVP::Heat> shown{this, [](auto *) {}};    // for the pairs, gone with the fix
+  EVP::PairData *pair_data = nullptr;
+  std::vector<EVP::Row> rows;    // by type
+  bool begun = false;            // softening follows temperatures
+  bool others_pairs = false;     // may a pair style add to heatflow, of ghosts too?
+  int others_groupbits = 0;      // of fixes heat/flow
+
+  double elapsed = 0.0;         // since heat was handed out last [time]
+  double damping_time = 0.0;    // see take_damping_time()
+  std::array<double, NACCOUNTS> account{};    // of this MPI rank, but WAITING [energy]
+  bool is_packed = false;                     // generated is there
+
+  std::vector<Link> links;
+  Values shared, flow;      // conducting share and temperature; what flows to each [energy/time]
+  Values inverse_capacity;    // of atoms and ghosts, 0 where the temperature is held
+  double limit = 0.0, most_checked = 0.0;    // largest stable thermal step, and the sum that it was found at
+  std::vector<double> through;    // of the records, what went out at each atom
+  std::string last_report;
+
+  bool is_free(int i) const { return atom->mask[i] & groupbit; }
+  void check_atoms() const;
+  void find_links(const EVP::PairLists &);
+  template <class F> void sum_flows(F &&difference);
+  double highest_sum();
+  double largest_stable_step();
+  void check_step(double step);
+  std::array<double, NACCOUNTS> all_accounts();
+};
+
+}    // namespace LAMMPS_NS
