@@ -122,7 +122,8 @@ def further(name, study):
         calibration.make_periodic(study.work, OTHER[1], targets.density, TIMEOUT)
         run = calibration.shear(material, targets, SHEAR_STRAINS[-1], 1.0, *more, f"{name}, shear")
         found = {"shear": run.as_json()}
-        first = {"specimen": "periodic.data", **material, "strain": 0.03, "row": 2e-4, "out": "yield"}
+        row = f"{min(2e-4, 0.2 * targets.yield_strain):.3g}"  # some of them before it yields
+        first = {"specimen": "periodic.data", **material, "strain": 0.03, "row": row, "out": "yield"}
         calibration.call("in.shear", first, *more, f"{name}, shear yield")
         curve = curves.read_curve(study.work / "yield.csv")
         strain, stress = curve.strain / MISES, curve.virial * MISES

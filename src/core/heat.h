@@ -15,8 +15,7 @@ namespace EVP {
 inline double softening(const Row &row, double temperature)
 {
   if (row.soften_tref < 0.0 || !(temperature > row.soften_tref)) return 1.0;
-  const double share =
-      (temperature - row.soften_tref) / (row.soften_tmelt - row.soften_tref);
+  const double share = (temperature - row.soften_tref) / (row.soften_tmelt - row.soften_tref);
   return std::max(1.0 - std::pow(share, row.soften_m), row.soften_floor);
 }
 
@@ -86,6 +85,9 @@ class Heat {
 
   /// Limits follow the temperatures of now.
   virtual void take_softening() = 0;
+
+  /// Would that change any of an own particle?
+  virtual bool softening_is_old() const = 0;
 
   /// Share of its limit that own particle i keeps, as of then.
   virtual double softening(int i) const = 0;

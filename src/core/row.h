@@ -151,27 +151,27 @@ namespace rule {
 
 /// All members, an m in front of its n, in the order of the paper's tables, which is that of files and commands; then
 /// those that a keyword gives, with the default of Row where it does not.
-constexpr Member MEMBERS[] = {{"e1", &Row::e1, rule::not_negative},
-                              {"m1", &Row::m1, rule::larger_exponent},
-                              {"n1", &Row::n1, rule::smaller_exponent},
-                              {"e2", &Row::e2, rule::not_negative},
-                              {"m2", &Row::m2, rule::larger_exponent},
-                              {"n2", &Row::n2, rule::smaller_exponent},
-                              {"xi_s", &Row::xi_s, rule::strain},
-                              {"gamma", &Row::gamma, rule::not_negative},
-                              {"alpha", &Row::alpha, rule::cutoff_ratio},
-                              {"spacing", &Row::spacing, rule::positive},
-                              {"coordination", &Row::coordination, rule::positive},
-                              {"kv", &Row::kv, rule::volume_stiffness},
-                              {"density", &Row::density, rule::positive},
-                              {"conductivity", &Row::conductivity, rule::positive},
-                              {"capacity", &Row::capacity, rule::positive},
-                              {"soften", &Row::soften_tref, rule::above_zero_temperature},
-                              {"soften_tmelt", &Row::soften_tmelt, rule::melting_temperature,
-                               Member::FURTHER},
-                              {"soften_m", &Row::soften_m, rule::positive, Member::FURTHER},
-                              {"soften_floor", &Row::soften_floor, rule::share, Member::OPTIONAL},
-                              {"melt", &Row::melt, rule::latent_heat}};
+constexpr Member MEMBERS[] = {
+    {"e1", &Row::e1, rule::not_negative},
+    {"m1", &Row::m1, rule::larger_exponent},
+    {"n1", &Row::n1, rule::smaller_exponent},
+    {"e2", &Row::e2, rule::not_negative},
+    {"m2", &Row::m2, rule::larger_exponent},
+    {"n2", &Row::n2, rule::smaller_exponent},
+    {"xi_s", &Row::xi_s, rule::strain},
+    {"gamma", &Row::gamma, rule::not_negative},
+    {"alpha", &Row::alpha, rule::cutoff_ratio},
+    {"spacing", &Row::spacing, rule::positive},
+    {"coordination", &Row::coordination, rule::positive},
+    {"kv", &Row::kv, rule::volume_stiffness},
+    {"density", &Row::density, rule::positive},
+    {"conductivity", &Row::conductivity, rule::positive},
+    {"capacity", &Row::capacity, rule::positive},
+    {"soften", &Row::soften_tref, rule::above_zero_temperature},
+    {"soften_tmelt", &Row::soften_tmelt, rule::melting_temperature, Member::FURTHER},
+    {"soften_m", &Row::soften_m, rule::positive, Member::FURTHER},
+    {"soften_floor", &Row::soften_floor, rule::share, Member::OPTIONAL},
+    {"melt", &Row::melt, rule::latent_heat}};
 constexpr int NMEMBERS = (int) std::size(MEMBERS);
 constexpr int NREQUIRED = 9;    // those in front, without a keyword
 
@@ -236,7 +236,8 @@ inline std::string keys_of(const Member *first, const Member *last, const char *
 {
   std::string keys;
   for (; first != last; first++)
-    if (first->place == Member::HEAD) keys += (keys.empty() ? "" : between) + std::string(first->key);
+    if (first->place == Member::HEAD)
+      keys += (keys.empty() ? "" : between) + std::string(first->key);
   return keys;
 }
 

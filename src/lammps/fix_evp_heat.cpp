@@ -111,7 +111,7 @@ void FixEVPHeat::check_atoms() const
   first = reduce_all(first, MPI_MIN, world);
   if (first[TEMPERATURE] < MAXTAGINT)
     error->all(FLERR,
-               "{}: the temperature of atom {} is negative or not a number: use 'set ... "
+               "{}: the temperature of atom {} is negative or not finite: use 'set ... "
                "temperature T' with a temperature of 0 or more",
                who, first[TEMPERATURE]);
   if (first[TWICE] < MAXTAGINT)
@@ -135,8 +135,8 @@ void FixEVPHeat::setup(int /*vflag*/)
   most_checked = highest_sum();
   limit = largest_stable_step();
   const std::string line = fmt::format(
-      "fix evp/heat {}: largest stable thermal step {:.6g}, every {} steps of {:.6g}: {:.6g}\n",
-      id, limit, every, update->dt, every * update->dt);
+      "fix evp/heat {}: largest stable thermal step {:.6g}, every {} steps of {:.6g}: {:.6g}\n", id,
+      limit, every, update->dt, every * update->dt);
   if (line != std::exchange(last_report, line) && comm->me == 0) utils::logmesg(lmp, line);
   if (scene::makes_steps(lmp)) check_step(every * update->dt);
 }
@@ -196,8 +196,15 @@ void FixEVPHeat::bring_home()
 
 void FixEVPHeat::take_softening()
 {
+  for (int i = 0; i < atom->nlocal; i++) records[i].softening = softening_now(i);
+}
+
+bool FixEVPHeat::softening_is_old() const
+{
+  bool is_old = false;
   for (int i = 0; i < atom->nlocal; i++)
-    records[i].softening = EVP::softening(rows[atom->type[i]], atom->temperature[i]);
+    is_old = is_old || records[i].softening != softening_now(i);
+  return is_old;
 }
 
 // Collective. The bonds that conduct at the present positions, and the temperatures of ghosts
@@ -332,8 +339,7 @@ void FixEVPHeat::hand_out(const PairLists &lists)
                update->ntimestep);
   if (!others_pairs) return;
   forward_comm(shared);
-  for (int i = atom->nlocal; i < lists.nall; i++)
-    atom->temperature[i] = shared[(size_t) 2 * i + 1];
+  for (int i = atom->nlocal; i < lists.nall; i++) atom->temperature[i] = shared[(size_t) 2 * i + 1];
 }
 
 // Collective
@@ -396,7 +402,8 @@ void FixEVPHeat::restart(char *buf)
 int FixEVPHeat::pack_restart(int i, double *buf)
 {
   const HeatRecord &own = records[i];
-  const std::array words = {(double) RESTART_WORDS, own.waiting, own.latent, own.softening, own.out};
+  const std::array words = {(double) RESTART_WORDS, own.waiting, own.latent, own.softening,
+                            own.out};
   std::copy(words.begin(), words.end(), buf);
   return RESTART_WORDS;
 }

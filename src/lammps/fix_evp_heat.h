@@ -26,8 +26,9 @@ namespace LAMMPS_NS {
 
 /// Heat of deformation: what pairs dissipate warms their atoms, flows along the bonds and softens them. Temperatures and the
 /// heat flow of others are LAMMPS' own, of fix property/atom.
-class FixEVPHeat : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::HeatRecord>,
-                   public EVP::Heat {
+class FixEVPHeat :
+    public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::HeatRecord>,
+    public EVP::Heat {
  public:
   FixEVPHeat(class LAMMPS *, int, char **);
   ~FixEVPHeat() override;
@@ -67,6 +68,7 @@ class FixEVPHeat : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::HeatR
   bool is_due() const override { return update->ntimestep % every == 0; }
   void hand_out(const EVP::PairLists &) override;
   void take_softening() override;
+  bool softening_is_old() const override;
   double softening(int i) const override { return records[i].softening; }
   double take_damping_time() override { return std::exchange(damping_time, 0.0); }
 
@@ -82,25 +84,31 @@ class FixEVPHeat : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::HeatR
 
   int every = 100;
   double of_plastic = 0.9;    // share of plastic work that is heat (Taylor and Quinney)
-  std::shared_ptr<EVP::Heat> shown{this, [](auto *) {}};    // for the pairs, gone with the fix
+  std::shared_ptr<EVP::Heat> shown{this, [](auto *) {
+                                   }};    // for the pairs, gone with the fix
   EVP::PairData *pair_data = nullptr;
   std::vector<EVP::Row> rows;    // by type
   bool begun = false;            // softening follows temperatures
   bool others_pairs = false;     // may a pair style add to heatflow, of ghosts too?
   int others_groupbits = 0;      // of fixes heat/flow
 
-  double elapsed = 0.0;         // since heat was handed out last [time]
-  double damping_time = 0.0;    // see take_damping_time()
+  double elapsed = 0.0;                       // since heat was handed out last [time]
+  double damping_time = 0.0;                  // see take_damping_time()
   std::array<double, NACCOUNTS> account{};    // of this MPI rank, but WAITING [energy]
   bool is_packed = false;                     // generated is there
 
   std::vector<Link> links;
-  Values shared, flow;      // conducting share and temperature; what flows to each [energy/time]
+  Values shared, flow;        // conducting share and temperature; what flows to each [energy/time]
   Values inverse_capacity;    // of atoms and ghosts, 0 where the temperature is held
-  double limit = 0.0, most_checked = 0.0;    // largest stable thermal step, and the sum that it was found at
+  double limit = 0.0,
+         most_checked = 0.0;      // largest stable thermal step, and the sum that it was found at
   std::vector<double> through;    // of the records, what went out at each atom
   std::string last_report;
 
+  double softening_now(int i) const
+  {
+    return EVP::softening(rows[atom->type[i]], atom->temperature[i]);
+  }
   bool is_free(int i) const { return atom->mask[i] & groupbit; }
   void check_atoms() const;
   void find_links(const EVP::PairLists &);

@@ -80,9 +80,9 @@ class FixNVEEVP : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, std::array<
   EVP::PairData *pair_data = nullptr;
   int others_groupbits = 0;               // groups of the other fixes that move atoms by forces
   std::vector<const Fix *> null_moves;    // those of style move with a component NULL
-  bool forces_follow = false;     // fixes defined later add forces, at set-up after its solve
-  std::shared_ptr<EVP::Heat> heat;        // of fix evp/heat, nullptr without
-  bool balance_wanted = false;    // a fix evp/energy asks for the power of the dampers
+  bool forces_follow = false;         // fixes defined later add forces, at set-up after its solve
+  std::shared_ptr<EVP::Heat> heat;    // of fix evp/heat, nullptr without
+  bool balance_wanted = false;        // a fix evp/energy asks for the power of the dampers
   bool rotation_warned = false;
   bool positions_known = false;    // the records are those of the last solve
 

@@ -299,7 +299,8 @@ void PairEVPLJ::sum_forces(bool damps)
                        PairConsumer *changing) {
     PairSums sums(lists.nreact, energy, vflag_global != 0, incremental);
     PairConsumer *const asked = each ? static_cast<PairConsumer *>(&tally) : &sums;
-    accumulate_forces(list, law, view, {volume_forces, changing, heat.acts() && view.v ? &heat : nullptr,
+    accumulate_forces(list, law, view,
+                      {volume_forces, changing, heat.acts() && view.v ? &heat : nullptr,
                        evflag ? asked : nullptr, work});
     eng_vdwl += sums.energies.total();
     for (int k = 0; k < 6; k++) virial[k] += sums.virials[k].total();

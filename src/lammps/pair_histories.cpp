@@ -39,9 +39,9 @@ void PairHistories::begin_step()
   if (update->whichflag != 1) return;
   const auto heat = this->heat();
   heat_due = heat && heat->is_due();
-  const bool is_first = update->ntimestep == update->firststep + 1;
-  limits_due = rules.plastic &&
-      (update->ntimestep % every == 0 || heat_due || (heat && is_first));
+  const bool was_set = heat && update->ntimestep == update->firststep + 1 &&
+      on_any(heat->softening_is_old(), world);
+  limits_due = rules.plastic && (update->ntimestep % every == 0 || heat_due || was_set);
 }
 
 void PairHistories::begin_forces(PairWork *work)
@@ -258,7 +258,8 @@ void PairHistories::begin_bonds(PairWork *work, VolumeForces *volume)
     const int law = coefficients.within_body(contact.law);
     const double alpha = coefficients.law(law).row.alpha;
     const double dlim = alpha * (atom->radius[i] + atom->radius[contact.j]);
-    end_at(i, contact.j, coefficients.law(contact.law).state(d * contact.inv_deq, contact).stored, work);
+    end_at(i, contact.j, coefficients.law(contact.law).state(d * contact.inv_deq, contact).stored,
+           work);
     journal.push_back({i, contact.j, atom->tag[contact.j], d, PairEvent::BEGAN});
     note_event(i, contact.j, atom->tag[contact.j], BondEvent::JOINED);
     if (d < contact.cut * rules.join.within / APART && !is_copy(i, contact.j)) jumps++;

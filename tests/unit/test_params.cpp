@@ -148,7 +148,7 @@ TEST(ParseRow, RefusesWhatIsNoRow)
       {"80 200 4 3 8 4 0.999 0 1.5", "overflow"},    // (1 - xi_s)^-(m+1) = 1e603 when compressed
       {"1e308 8 4 3 8 4 0.005 0 1.5", "overflow"},
       {TABLE1 + " pitch 1", "unknown keyword 'pitch'", "after its 9 values",
-       "spacing, coordination, kv, density, flow"},
+       "spacing, coordination, kv, density, conductivity, capacity, soften, melt, flow"},
       {TABLE1 + " e1 1", "unknown keyword 'e1'"},
       {TABLE1 + " Spacing 1 coordination 2", "unknown keyword 'Spacing'"},
       {TABLE1 + both + " 3", "unknown keyword '3'"},
@@ -166,13 +166,22 @@ TEST(ParseRow, RefusesWhatIsNoRow)
        "got 0.1 after 0.1"},
       {TABLE1 + " flow 0 1 0.1 0", "limits of flow must be positive and below 37.8414", "got 0"},
       {TABLE1 + " flow 0 1 0.1 37.9", "limits of flow", "got 37.9"},
+      {TABLE1 + " soften 293", "keyword soften needs a value more: soften_tmelt"},
+      {TABLE1 + " soften 293 775 kv 1", "soften_m must be a finite decimal number, got 'kv'"},
+      {TABLE1 + " soften 293 293 1", "soften_tmelt must lie above TREF = 293", "got 293"},
+      {TABLE1 + " soften -1 775 1", "soften must be a temperature of 0 or more", "got -1"},
+      {TABLE1 + " soften 293 775 0", "soften_m must be positive", "got 0"},
+      {TABLE1 + " soften 293 775 1 1", "soften_floor must lie between 0 and 1", "got 1"},
+      {TABLE1 + " soften_m 1", "unknown keyword 'soften_m'"},
+      {TABLE1 + " melt 4e5", "melt needs soften TREF TMELT M in front of it"},
       {TABLE1 + " kv 1e101", "kv must lie between 0 and 1e100", "got 1e+101"}};
   for (const auto &one : cases) expect_bad_row(one[0], {one.begin() + 1, one.end()});
   for (const std::string value : {"0", "-1", "-0"})
-    for (const std::string key : {"spacing", "coordination", "density"})
+    for (const std::string key : {"spacing", "coordination", "density", "conductivity", "capacity"})
       expect_bad_row(TABLE1 + " " + key + " " + value, {key + " must be positive", "got " + value});
   for (int k = EVP::NREQUIRED; k < EVP::NMEMBERS; k++)
-    expect_bad_row(TABLE1 + " " + EVP::MEMBERS[k].key + " nan", {EVP::MEMBERS[k].key, number});
+    if (EVP::MEMBERS[k].place == EVP::Member::HEAD)
+      expect_bad_row(TABLE1 + " " + EVP::MEMBERS[k].key + " nan", {EVP::MEMBERS[k].key, number});
 }
 
 TEST(ParseRow, TakesKeywordsInAnyOrder)
@@ -193,6 +202,17 @@ TEST(ParseRow, TakesKeywordsInAnyOrder)
   EXPECT_EQ(
       row_of(TABLE1 + " flow 0 1 .2 1.5 density 2700 coordination 11.9 kv 1000 spacing 4.42e-3"),
       row);
+  row.conductivity = 120.0;
+  row.capacity = 875.0;
+  row.soften_tref = 0.0;
+  row.soften_tmelt = 775.0;
+  const std::string rest = " spacing 0.00442 coordination 11.9 kv 1e3 density 2700 flow 0 1 .2 1.5";
+  EXPECT_EQ(row_of(TABLE1 + " capacity 875 soften 0 775 1 conductivity 120" + rest), row);
+  row.soften_m = 1.7;
+  row.soften_floor = 0.1;
+  row.melt = 4e5;
+  EXPECT_EQ(row_of(TABLE1 + rest + " capacity 875 conductivity 120 soften 0 775 1.7 0.1 melt 4e5"),
+            row);
   EXPECT_EQ(row_of(TABLE1 + " kv 0"), row_of(TABLE1));
   EXPECT_EQ(row_of(TABLE1 + " kv 1e100").kv, 1e100);
 }
@@ -200,9 +220,10 @@ TEST(ParseRow, TakesKeywordsInAnyOrder)
 // a data file holds row_text(), of which read_data makes pair_coeff again
 TEST(RowText, IsReadAsTheSameRow)
 {
-  for (const std::string words : {"", " kv 0.1",
-                                  " spacing 0.00442 coordination 11.9 density 2700 flow 0 1 0.1 "
-                                  "1.5 0.30000000000000004 0.5"}) {
+  for (const std::string words :
+       {"", " kv 0.1", " conductivity 120 capacity 875 soften 0 775 1 0.02 melt 400000",
+        " spacing 0.00442 coordination 11.9 density 2700 flow 0 1 0.1 "
+        "1.5 0.30000000000000004 0.5"}) {
     const std::string text = "0.1 8 4 0.30000000000000004 8 4 0.005 0 1.5" + words;
     EXPECT_EQ(row_text(row_of(text)), text);
   }

@@ -1,0 +1,283 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""fix evp/heat: conduction beside an independent program, what is dissipated and where it goes, softening and melting, and what the fix refuses."""
+
+import json
+
+import numpy as np
+import pytest
+from evp import law
+from flowing import largest_difference, read_pairs
+from hostile import PARTS, refused, scene
+from lammps_run import REFERENCE, REPOSITORY, run_lammps
+from small_bodies import dump, head, thermo, words
+
+CONDUCTION = json.loads(REFERENCE.with_name("specimen_500_heat.json").read_text(encoding="utf-8"))["conduction"]
+JOIN = REPOSITORY / "tests" / "data" / "join"
+ROW = json.loads((JOIN / "join_reference.json").read_text(encoding="utf-8"))["row"]
+PROPERTIES = "fix properties all property/atom temperature heatflow ghost yes\n"
+TREF, TMELT = 293.0, 775.0
+SOFTEN = f"soften {TREF} {TMELT} 1"
+ACCOUNT = 1e-10  # of the heat: sums of 1000 spheres over some hundred steps
+RATE, DT = 200.0, 3e-7  # [1/s], [s]
+ENTRIES = "f_heat f_heat[1] f_heat[2] f_heat[3] f_heat[4] f_heat[5] f_heat[6] f_heat[7]"
+
+
+# ---- conduction ----
+
+
+def specimen(newton, group, temperatures, timestep, more=""):
+    """The specimen at rest; group: of the fix."""
+    text = head(newton, "s s s", f"read_data {REFERENCE}", skin=0.001) + PROPERTIES
+    text += f"""set group all temperature 300
+variable solid equal mass(all)/(PI*0.02^2*0.05)
+pair_style evp/lj contact none
+pair_coeff * * {words(law.TABLE1)} density ${{solid}} conductivity 120 capacity 875
+fix bonds all evp/bonds
+region hot block INF 0.005 INF INF INF INF
+region cold block 0.045 INF INF INF INF INF
+group hot region hot
+group cold region cold
+group between subtract all hot cold
+{temperatures}
+fix heat {group} evp/heat every 1
+timestep {timestep}
+compute hot hot reduce sum f_heat
+compute T all property/atom temperature
+compute low all reduce min c_T
+compute high all reduce max c_T
+{more}
+""" + thermo(f"c_hot c_low c_high {ENTRIES}")
+    return text
+
+
+ENDS = "set group hot temperature 400"
+WAVE = "variable start atom 300+10*sin(7*id)\nset group all temperature v_start"
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (4, "on")])
+def test_flux_between_held_ends(lmp, ranks, newton):
+    """Between layers at 400 and 300 K, once it is steady; the largest stable step."""
+    table = lmp(specimen(newton, "between", ENDS, 0.05) + "thermo 400\nrun 4000\n", ranks).ok().thermo()
+    flux = -np.diff(table["c_hot"])[-1] / (400 * 0.05)
+    assert flux == pytest.approx(CONDUCTION["steady_hot_400_cold_300_flux_W"], rel=1e-6)
+    assert table["f_heat[7]"][0] == pytest.approx(2.0 / CONDUCTION["lambda_max_ends_held_1_s"], rel=1e-6)
+    assert table["f_heat[3]"][-1] == pytest.approx(-table["f_heat[5]"][-1], rel=ACCOUNT) and table["f_heat[5]"][-1] > 1000.0
+    assert table["c_low"][-1] == 300.0 and table["c_high"][-1] == 400.0 and np.all(table["f_heat[1]"] == 0.0)
+
+
+def test_largest_stable_step(lmp):
+    """Of all spheres: 0.98 of it decays, 1.02 is refused with what does."""
+    limit = CONDUCTION["thermal_step_limit_all_free_s"]
+    table = lmp(specimen("on", "all", WAVE, 0.98 * limit) + "thermo 1000\nrun 2000\n", 2).ok().thermo()
+    assert table["f_heat[7]"] == pytest.approx(limit, rel=1e-6)
+    assert np.ptp([table["c_low"][0], table["c_high"][0]]) > 19.0 and table["c_high"][-1] - table["c_low"][-1] < 0.01
+    refused(lmp(specimen("on", "all", WAVE, 1.02 * limit) + "run 3\n"), "largest stable thermal step 0.080", "use a smaller timestep")
+    refused(lmp(specimen("on", "all", WAVE, 0.204 * limit).replace("every 1", "every 5") + "run 30\n", 2), "use 'every 4' or less")
+
+
+def test_a_step_that_grows_too_long(lmp):
+    """In the run, as the timestep grows."""
+    text = specimen("on", "all", WAVE, 0.5 * CONDUCTION["thermal_step_limit_all_free_s"], "variable dt equal 0.01*step\n")
+    run = lmp(text + "run 10 every 1 \"timestep $(0.04+0.01*step)\"\n")
+    refused(run, "above the largest stable thermal step 0.080", "use a smaller timestep", stepped=True)
+
+
+# ---- heat of work ----
+
+
+def sheared(heat=SOFTEN, every=50, newton="on", start=f"read_data {JOIN}/join_start_1000.data", temperature=f"set group all temperature {TREF}", group="all",
+            xi_s=ROW["xi_s"], capacity=875.0, conductivity=120.0, gamma=100.0, integrate="nve", more=""):
+    """A periodic body in simple shear at 200/s, with bonds that form and volume energy; group: of fix evp/heat."""
+    flow = " ".join(f"{p:.9g} {y:.9g}" for p, y in ROW["flow"])
+    begins = start.startswith("read_data")
+    return head(newton, "p p p", start, skin=4e-4) + f"""comm_modify vel yes
+{PROPERTIES}{temperature if begins else ""}
+variable solid equal mass(all)/vol
+pair_style evp/lj contact join 1.2 plasticity isotropic overlap 0.7
+pair_coeff * * 190 8 4 3 8 4 {xi_s:.17g} {gamma} 1.5 density ${{solid}} flow {flow} capacity {capacity} conductivity {conductivity} {heat}
+fix bonds all evp/bonds
+fix volume all evp/volume 2000
+fix energy all evp/energy
+group nobody empty
+fix heat {group} evp/heat every {every}
+fix move all {integrate}
+timestep {DT}
+compute T all property/atom temperature
+compute mean all reduce ave c_T
+compute high all reduce max c_T
+fix shear all deform 1 xy erate {RATE} remap v flip yes
+variable flow atom {RATE}*y
+{f"velocity all set v_flow 0 0" if begins else ""}
+{more}
+""" + thermo(f"c_mean c_high f_energy f_energy[6] f_energy[9] f_energy[11] {ENTRIES}")
+
+
+END = dump("end.dump", 1500, "c_T f_heat x y z")
+LAST = 'print "ended: $(f_heat:%.17g) $(f_heat[1]:%.17g) $(f_heat[4]:%.17g) $(f_heat[5]:%.17g)"\n'  # at the end all that was dissipated is home
+
+
+def last(run):
+    return np.array([float(word) for word in next(line for line in run.stdout.splitlines()[::-1] if line.startswith("ended:")).split()[1:]])
+
+
+def assert_closes(run):
+    imbalance, of_work, waiting, stored = last(run)
+    assert abs(imbalance) <= ACCOUNT * of_work and of_work > 100.0
+    assert of_work == pytest.approx(waiting + stored, rel=ACCOUNT)
+
+
+@pytest.fixture(scope="module")
+def warmed(tmp_path_factory):
+    """Of a body that softens, on one rank: the run, its temperatures at the end, a restart file between two hand-outs."""
+    folder = tmp_path_factory.mktemp("warmed")
+    run = run_lammps(sheared(more=END) + "thermo 500\nrun 725\nwrite_restart state.rst\nrun 775\n" + LAST, 1, {}, folder).ok()
+    return run, folder, run.dump("end.dump")[-1]
+
+
+def test_where_the_heat_comes_from(warmed):
+    """0.9 of the plastic work, all of the damping, which is taken at the velocities of the forces, and what bonds that ended had held. The energy balance
+    closes while limits fall; temperatures are those of the heat."""
+    run, _, end = warmed
+    table = run.thermo()
+    assert_closes(run)
+    of_work = 0.9 * table["f_energy[9]"][-1] + table["f_energy[6]"][-1] + table["f_energy[11]"][-1]
+    assert last(run)[1] == pytest.approx(of_work, rel=3e-4) and table["f_energy[11]"][-1] > 1.0 and table["f_energy[6]"][-1] > 20.0
+    assert np.abs(table["f_energy"]).max() < 2e-4 * table["f_energy[9]"][-1]
+    mass = run_mass()
+    assert 875.0 * mass @ (end["c_T"] - TREF) == pytest.approx(last(run)[3], rel=1e-9)
+
+
+def run_mass():
+    """Of the spheres of the periodic body, by ID."""
+    lines = (JOIN / "join_start_1000.data").read_text(encoding="utf-8").splitlines()
+    start = next(k for k, line in enumerate(lines) if line.startswith("Atoms")) + 2
+    atoms = np.array([list(map(float, line.split()[:4])) for line in lines[start : start + 1000]])
+    atoms = atoms[np.argsort(atoms[:, 0])]
+    return atoms[:, 3] * np.pi / 6.0 * atoms[:, 2] ** 3
+
+
+@pytest.mark.parametrize("kind, ranks, newton", [("whole", 2, "off"), ("whole", 4, "on"), ("restart", 1, "off"), ("restart", 2, "on")])
+def test_whatever_the_ranks_and_restarts(lmp, warmed, kind, ranks, newton):
+    """The file was written between two hand-outs."""
+    run, folder, end = warmed
+    if kind == "whole":
+        other = lmp(sheared(newton=newton, more=END) + "run 725\nrun 775\n" + LAST, ranks).ok()
+    else:
+        other = lmp(sheared(newton=newton, start=f"read_restart {folder}/state.rst", more=END) + "run 775\n" + LAST, ranks).ok()
+    assert_closes(other)
+    assert last(other)[1:] == pytest.approx(last(run)[1:], rel=1e-9)
+    found = other.dump("end.dump")[-1]
+    assert found["c_T"] - TREF == pytest.approx(end["c_T"] - TREF, rel=1e-6)
+
+
+@pytest.mark.parametrize("every, ranks", [(1, 2), (1000, 1)])
+def test_however_often_it_is_handed_out(lmp, warmed, every, ranks):
+    """The same heat but for what lags in the softening."""
+    run = lmp(sheared(every=every) + "thermo 1500\nrun 1500\n" + LAST, ranks).ok()
+    assert_closes(run)
+    assert last(run)[1] == pytest.approx(last(warmed[0])[1], rel=5e-3)
+    table = run.thermo()
+    assert np.abs(table["f_energy"]).max() < 3e-4 * table["f_energy[9]"][-1]
+
+
+def test_of_the_implicit_damping(lmp):
+    """As the energy balance has it, at a gamma that dissipates most of the work."""
+    run = lmp(sheared(gamma=2e4, integrate="nve/evp") + "thermo 300\nrun 300\n" + LAST, 2).ok()
+    table = run.thermo()
+    assert_closes(run)
+    of_work = 0.9 * table["f_energy[9]"][-1] + table["f_energy[6]"][-1] + table["f_energy[11]"][-1]
+    assert last(run)[1] == pytest.approx(of_work, rel=2e-3) and table["f_energy[6]"][-1] > 0.5 * of_work
+
+
+# ---- softening and melting ----
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
+def test_a_hot_body_is_one_with_a_lower_limit(lmp, tmp_path, ranks, newton):
+    """All at 500 K, held, beside a cold one whose xi_s is smaller by s."""
+    s, ends = 1.0 - (500.0 - TREF) / (TMELT - TREF), {}
+    for name, choices in (("hot", {"temperature": "set group all temperature 500"}), ("cold", {"xi_s": ROW["xi_s"] * s, "heat": ""})):
+        run = lmp(sheared(group="nobody", newton=newton, **choices) + f"run 500\nwrite_evp_bonds {name}.bonds\n" + LAST, ranks).ok()
+        ends[name] = read_pairs(tmp_path / f"{name}.bonds")
+        assert last(run)[0] == pytest.approx(0.0, abs=ACCOUNT * last(run)[1]) and last(run)[3] == 0.0
+    assert largest_difference(ends["hot"], ends["cold"]) < 1e-9 and max(ends["hot"].column("p").values()) > 0.01
+
+
+def test_a_temperature_that_is_set_between_runs(lmp):
+    """Bonds beyond their limits of now are returned: the energies close, and stress falls with the limit."""
+    text = sheared(more="compute press all pressure NULL pair fix\nfix tau all ave/time 5 60 300 c_press[4]")
+    text = text.replace("custom step", "custom step f_tau")
+    run = lmp(text + "thermo 300\nrun 600\nset group all temperature 534\nrun 300\n", 2).ok()
+    before, after = run.thermo(0), run.thermo(1)
+    assert np.abs(after["f_energy"]).max() < 3e-4 * after["f_energy[9]"][-1]
+    assert after["f_tau"][-1] / before["f_tau"][-1] == pytest.approx(0.5, abs=0.1)
+
+
+def test_it_warms_less_as_it_softens(lmp):
+    """Conducted so fast that all are nearly as warm, (T - TREF)/(TMELT - TREF) = 1 - exp(-Q/(rho CP (TMELT - TREF))), Q the heat of the same shear without softening."""
+    theta = {}
+    for heat in (SOFTEN, ""):
+        table = lmp(sheared(heat, every=3, capacity=60.0, conductivity=1e6, gamma=0.0) + "thermo 2500\nrun 2500\n", 2).ok().thermo()
+        assert table["c_high"][-1] - table["c_mean"][-1] < 0.03 * (table["c_mean"][-1] - TREF)
+        theta[heat] = (table["c_mean"][-1] - TREF) / (TMELT - TREF)
+    assert theta[SOFTEN] == pytest.approx(1.0 - np.exp(-theta[""]), rel=0.02) and theta[""] > 0.25
+
+
+def test_latent_heat(lmp):
+    """No sphere is hotter than TMELT before its latent heat is used up; without it they are."""
+    highest = {}
+    for melt in ("melt 4e5", ""):
+        run = lmp(sheared(f"{SOFTEN} {melt}", capacity=8.0, conductivity=1.0, every=10) + "thermo 100\nrun 1000\n" + LAST, 2).ok()
+        assert_closes(run)
+        highest[melt] = run.thermo()["f_heat[6]"].max() / TMELT
+    assert highest["melt 4e5"] <= 1.001 < highest[""]
+
+
+# ---- others ----
+
+
+def test_heat_flow_of_others(lmp):
+    """A hot granular wall under a sphere that rests on it; the account has what it gave."""
+    run = lmp(scene(box=PARTS["box"] + f"\n{PROPERTIES}set group all temperature 300", coeff=f"pair_coeff * * {words(law.TABLE1)} density 2700 capacity 900",
+                    move="""fix heat all evp/heat every 7
+fix wall all wall/gran granular hooke 1e5 0 tangential linear_nohistory 0 0 heat radius 20 zplane 0.0005 NULL temperature 600
+compute T all property/atom temperature
+compute high all reduce max c_T
+compute flow all property/atom heatflow
+compute sum all reduce sum c_flow""", step="timestep 1e-5", thermo=thermo(f"c_high c_sum {ENTRIES}"), run="thermo 1\nrun 70"), 2).ok()
+    table = run.thermo()
+    assert table["f_heat[2]"][-1] == pytest.approx(1e-5 * np.sum(table["c_sum"][1:]), rel=1e-9) and table["f_heat[2]"][-1] > 0.0
+    assert np.abs(table["f_heat"]).max() <= 1e-9 * table["f_heat[2]"][-1] and table["c_high"][-1] > 300.0
+
+
+HEAT = {"box": PARTS["box"] + f"\n{PROPERTIES}set group all temperature 300", "coeff": PARTS["coeff"] + " density 2700 conductivity 100 capacity 900",
+        "fix": PARTS["fix"] + "\nfix heat all evp/heat"}
+
+
+@pytest.mark.parametrize("parts, texts", [
+    ({"coeff": PARTS["coeff"] + " conductivity -1"}, ["conductivity must be positive, got -1"]),
+    ({"coeff": PARTS["coeff"] + " capacity 0"}, ["capacity must be positive, got 0"]),
+    ({"coeff": PARTS["coeff"] + " soften 293 293 1"}, ["soften_tmelt must lie above TREF = 293"]),
+    ({"coeff": PARTS["coeff"] + " conductivity 100 density 2700"}, ["the row of the type of atom 1 lacks", "capacity CP"]),
+    ({"coeff": PARTS["coeff"] + " conductivity 100 capacity 900"}, ["the row of the type of atom 1 lacks", "density RHO"]),
+    ({"box": PARTS["box"]}, ["needs atoms with a temperature and a heat flow", "property/atom temperature heatflow"]),
+    ({"box": HEAT["box"] + "\nvariable odd atom 300*exp(1000*(id==3))\nset group all temperature v_odd"}, ["the temperature of atom 3 is negative or not finite"]),
+    ({"fix": "fix heat all evp/heat", "thermo": ""}, ["needs fix evp/bonds"]),
+    ({"fix": HEAT["fix"] + "\nfix more all evp/heat"}, ["fix heat is of this style too"]),
+    ({"fix": HEAT["fix"] + "\nfix flow all heat/flow constant 900"}, ["atom 1 is of a fix heat/flow too"]),
+    ({"fix": PARTS["fix"] + "\nfix heat nobody evp/heat"}, ["Could not find fix group ID nobody"]),
+    ({"fix": HEAT["fix"] + " every 0"}, ["every must be an integer from 1 to 1e9", "got 0"]),
+    ({"fix": HEAT["fix"] + " taylor 1.1"}, ["taylor must lie between 0 and 1", "got 1.1"]),
+    ({"fix": HEAT["fix"] + " often 3"}, ["unknown keyword 'often'; it takes every and taylor"]),
+    ({"step": "timestep 1", "fix": HEAT["fix"] + " every 1"}, ["above the largest stable thermal step", "use a smaller timestep"]),
+    ({"style": "pair_style lj/cut 0.02", "coeff": "pair_coeff * * 1 0.01", "fix": "fix heat all evp/heat", "thermo": ""}, ["needs pair style evp/lj"]),
+])
+def test_what_it_refuses(lmp, parts, texts):
+    refused(lmp(scene(**{**HEAT, **parts})), *texts)
+
+
+def test_atoms_without_bonds(lmp):
+    """They conduct nothing, and keep their temperature."""
+    run = lmp(scene(**{**HEAT, "box": HEAT["box"].replace("lattice sc 0.0101", "lattice sc 0.02"), "move": "fix move all nve\n", "thermo": thermo(ENTRIES)})).ok()
+    table = run.thermo()
+    assert np.all(table["f_heat[6]"] == 300.0) and np.all(np.isinf(table["f_heat[7]"]))
