@@ -28,6 +28,7 @@ fix evp/bonds
 fix nve/evp
 fix dt/evp
 fix evp/energy
+fix evp/heat
 fix evp/volume
 compute evp/dt
 compute evp/state/atom

@@ -19,6 +19,7 @@ from study import run_blocks
 PAGES = ("README.md", "CONTRIBUTING.md", *sorted(str(path.relative_to(REPOSITORY)) for path in REPOSITORY.glob("doc/Howto_evp*.rst")))
 HOWTO, PART, METAL = "doc/Howto_evp.rst", "doc/Howto_evp_part.rst", "doc/Howto_evp_metal.rst"
 FRICTION = "doc/Howto_evp_friction.rst"
+HEAT, HEAT_FIX = "doc/Howto_evp_heat.rst", "doc/fix_evp_heat.rst"
 BLOCKS = [block for page in PAGES for block in doc_blocks.blocks(page)]
 
 # Small bodies and short ways, since what is tested is that the commands work: choices that win over those of the page, by deck.
@@ -61,6 +62,7 @@ RUNS = (
         "printf '# UNITS: si\\nmymetal 413.894 8 4 2.82104 8 4 0.000750965 0 1.5 spacing 0.00694888 coordination 11.5667 kv 1865.24 density 2700\\n' > my.evp"),
         {"in.indent": "-var increments 2", "in.upset": "-var strain 0.05"}),
     Run(FRICTION, "in.sliding -var block block.data", "sliding.csv", short={"in.specimen": "-var n 100", "in.sliding": "-var speed 0.3"}),
+    Run(HEAT, "in.specimen -var n 500", "my.data"),
 )
 WALK = "the walk of the page, with fewer spheres"
 # (page, test file that uses the block, or '' for none; what it does with it, or why there is none): words that only the block has.
@@ -76,6 +78,7 @@ NAMED = {
     (PART, "tests/lammps/test_doc_commands.py", "is the file plate.region of the commands above it"): ("region hole cylinder",),
     (FRICTION, "tests/lammps/test_forming.py", "runs it on a block"): ("region          punch cone",),
     (FRICTION, "tests/lammps/test_granular.py", "runs it"): ("pair_style      hybrid evp/lj",),
+    (HEAT, "tests/lammps/test_doc_commands.py", "runs the input scripts, test_heat_*"): ("# grips hold their temperature", "add/heat linear"),
     (METAL, CALIBRATE, "runs these options, with a bar of its own and fewer spheres"): ("--body bar.data",),
     (METAL, CALIBRATE, WALK): ("--ranks 1 --name mymetal", "pass 1, elastic: E ", "in.specimen -var n 300", "-var increment 0.00025", "tools/curves.py numbers pull.csv",
                                "pull.csv    6"),
@@ -129,6 +132,33 @@ def test_input_script_runs_as_it_stands(tmp_path):
     words = shlex.split(re.search(r"`(tools/view\.py my\.dump .+?)`", doc_blocks.read("README.md"))[1])
     subprocess.run([sys.executable, str(REPOSITORY / words[0]), *words[1:]], cwd=tmp_path, check=True, timeout=60)
     assert (tmp_path / words[-1]).read_bytes().startswith(b"\x89PNG")
+
+
+def test_heat_howto_runs_as_it_stands(tmp_path):
+    """Both input scripts, on the body of the page: temperatures are those of the page, near its formulas, and the heat account closes."""
+    page = doc_blocks.read(HEAT)
+    doc_blocks.prepare(tmp_path)
+    doc_blocks.run(block_of(HEAT, "in.specimen -var n 500").commands(), tmp_path)
+    stretched, cooled = (run_lammps(block_of(HEAT, words).text, 1, {}, tmp_path).ok().thermo() for words in ("# grips hold their temperature", "add/heat linear"))
+    means = [float(value) for value in re.search(r"reach ([\d.]+) K on average(?s:.+?)reaches ([\d.]+) K", page).groups()]
+    assert [stretched["c_mean"][-1], stretched["f_heat[6]"][-1]] == pytest.approx(means, abs=3.0)
+    assert means[0] - 293 == pytest.approx(float(re.search(r"formula above gives ([\d.]+) K", page)[1]), rel=0.06)
+    assert cooled["c_mean"][-1] == pytest.approx(float(re.search(r"mean temperature is ([\d.]+) K", page)[1]), abs=0.1)
+    assert cooled["c_mean"][-1] == pytest.approx(float(re.search(r"= ([\d.]+) K\.", page)[1]), abs=1.0)
+    for thermo in (stretched, cooled):
+        assert abs(thermo["f_heat"]).max() < 1e-9 * max(abs(thermo["f_heat[1]" if thermo is stretched else "f_heat[2]"]))
+
+
+def test_heat_inputs_of_the_fix(tmp_path):
+    """The bar and the crystal of doc/fix_evp_heat.rst print what the page says."""
+    page = doc_blocks.read(HEAT_FIX)
+    bar, crystal = (run_lammps(one.text, 2, {}, tmp_path).ok().thermo() for one in doc_blocks.blocks(HEAT_FIX) if "create_atoms" in one.text)
+    work, plastic, ended = (float(value) for value in re.search(r"f_heat\[1\], is ([\d.]+) J: 0.9 times the plastic work of ([\d.]+) J, plus the ([\d.]+) J", page).groups())
+    assert [bar[name][-1] for name in ("f_heat[1]", "f_energy[9]", "f_energy[11]")] == pytest.approx([work, plastic, ended], rel=0.02, abs=1.0)
+    assert bar["f_heat[1]"][-1] == pytest.approx(0.9 * bar["f_energy[9]"][-1] + bar["f_energy[11]"][-1], rel=0.003)
+    power, closed = (float(value) for value in re.search(r"left layer: ([\d.]+) W\.(?s:.+?)= ([\d.]+) W", page).groups())
+    measured = (crystal["c_out"][-1] - crystal["c_out"][-2]) / (crystal["Time"][-1] - crystal["Time"][-2])
+    assert measured == pytest.approx(power, rel=1e-3) and power == pytest.approx(closed, rel=0.01)
 
 
 # ---- doc/tutorial.rst ----
