@@ -34,6 +34,9 @@ SHEAR_YIELD = 0.06  # over that in tension, times sqrt(3), - 1
 SPRINGBACK = 5e-4  # strain recovered less stress/E
 TIMEOUT = 3600.0
 BALLISTICS = "Johnson and Cook, 7th Int. Symp. on Ballistics, The Hague, 1983"
+LESUER = "Lesuer, Kay and LeBlanc, Modeling large-strain, high-rate deformation in metals, UCRL-JC-134118, 2001"
+ASM = "conductivity and capacity: ASM Handbook vol. 1 and 2"
+FUSION = "latent heat: that of the pure metal, CRC Handbook of Chemistry and Physics"
 
 
 def from_handbook(offset_yield, ultimate):
@@ -48,7 +51,7 @@ def from_handbook(offset_yield, ultimate):
 
 
 class Metal(NamedTuple):
-    """modulus, a, b [Pa], n: of the true stress a + b ep^n; density [kg/m3]; poisson."""
+    """modulus, a, b [Pa], n: of the true stress a + b ep^n; density [kg/m3]; poisson; heat: keywords of the row for fix evp/heat, SI."""
 
     title: str
     modulus: float
@@ -56,6 +59,8 @@ class Metal(NamedTuple):
     density: float
     poisson: float
     source: str
+    heat: str
+    heat_source: str
 
     @property
     def words(self):
@@ -64,16 +69,28 @@ class Metal(NamedTuple):
 
 
 METALS = {
-    "aluminium_2024T351": Metal("aluminium 2024-T351", 73e9, (265e6, 426e6, 0.34), 2770.0, 0.33, BALLISTICS),
+    "aluminium_1100O": Metal("pure aluminium, 1100-O", 69e9, (0.0, *from_handbook(34e6, 90e6)), 2710.0, 0.33,
+                             "ASM Handbook vol. 2: 0.2 % yield stress 34 MPa, ultimate stress 90 MPa; power law through both, necking by Considere",
+                             "conductivity 222 capacity 904", ASM),
+    "aluminium_2024T351": Metal("aluminium 2024-T351", 73e9, (265e6, 426e6, 0.34), 2770.0, 0.33, BALLISTICS,
+                                "conductivity 121 capacity 875 soften 298 775 1 melt 397e3", f"{BALLISTICS}; {FUSION}"),
     "aluminium_6061T6": Metal("aluminium 6061-T6", 68.9e9, (324e6, 114e6, 0.42), 2700.0, 0.33,
-                              "Lesuer, Kay and LeBlanc, Modeling large-strain, high-rate deformation in metals, UCRL-JC-134118, 2001"),
-    "copper_OFHC": Metal("OFHC copper", 124e9, (90e6, 292e6, 0.31), 8960.0, 0.34, BALLISTICS),
+                              LESUER,
+                              "conductivity 167 capacity 896 soften 294 925 1.34 melt 397e3", f"softening: {LESUER}; {ASM}; {FUSION}"),
+    "copper_OFHC": Metal("OFHC copper", 124e9, (90e6, 292e6, 0.31), 8960.0, 0.34, BALLISTICS,
+                         "conductivity 386 capacity 383 soften 298 1356 1.09 melt 209e3", f"{BALLISTICS}; {FUSION}"),
     "copper_taylor": Metal("copper of the Taylor benchmark", 117e9, (400e6, 100e6, 1.0), 8930.0, 0.35,
-                           "The usual benchmark of a copper bar of 32.4 x 6.4 mm at 227 m/s: yield 400 MPa, linear hardening 100 MPa"),
+                           "The usual benchmark of a copper bar of 32.4 x 6.4 mm at 227 m/s: yield 400 MPa, linear hardening 100 MPa",
+                           "conductivity 386 capacity 383", f"those of OFHC copper, {BALLISTICS}"),
+    "brass_70_30": Metal("cartridge brass", 110e9, (112e6, 505e6, 0.42), 8520.0, 0.37, BALLISTICS + "; E and Poisson's ratio of handbooks",
+                         "conductivity 111 capacity 385 soften 298 1189 1.68", BALLISTICS),
     "steel_304": Metal("304 stainless steel, annealed", 193e9, (0.0, *from_handbook(240e6, 580e6)), 7900.0, 0.29,
-                       "ASM Handbook vol. 1, typical values: 0.2 % yield stress 240 MPa, ultimate stress 580 MPa; power law through both, necking by Considere"),
-    "steel_4340": Metal("4340 steel", 205e9, (792e6, 510e6, 0.26), 7830.0, 0.29, BALLISTICS + "; E of handbooks"),
-    "titanium_6Al4V": Metal("Ti-6Al-4V", 114e9, (1098e6, 1092e6, 0.93), 4430.0, 0.33, "Lesuer, DOT/FAA/AR-00/25, 2000; E and Poisson's ratio of handbooks"),
+                       "ASM Handbook vol. 1, typical values: 0.2 % yield stress 240 MPa, ultimate stress 580 MPa; power law through both, necking by Considere",
+                       "conductivity 16.2 capacity 500", ASM),
+    "steel_4340": Metal("4340 steel", 205e9, (792e6, 510e6, 0.26), 7830.0, 0.29, BALLISTICS + "; E of handbooks",
+                        "conductivity 38 capacity 477 soften 298 1793 1.03 melt 247e3", f"{BALLISTICS}; {FUSION}"),
+    "titanium_6Al4V": Metal("Ti-6Al-4V", 114e9, (1098e6, 1092e6, 0.93), 4430.0, 0.33, "Lesuer, DOT/FAA/AR-00/25, 2000; E and Poisson's ratio of handbooks",
+                            "conductivity 6.7 capacity 560 soften 298 1878 1.1 melt 296e3", f"softening: Lesuer, DOT/FAA/AR-00/25, 2000; {ASM}; {FUSION}"),
 }
 
 
@@ -146,7 +163,7 @@ def draw(study, results, more):
     rows = []
     with figures.plt.rc_context(figures.LOOK):
         columns = 3
-        lines = len(METALS) // columns + 1  # with room for the legend
+        lines = -(-len(METALS) // columns)
         figure, axes = figures.plt.subplots(lines, columns, figsize=(13.0, 3.9 * lines), squeeze=False)
         for axis, (name, metal) in zip(axes.flat, METALS.items()):
             targets = targets_of(metal)
@@ -163,9 +180,8 @@ def draw(study, results, more):
             axis.set_ylabel("true stress [MPa]")
         for axis in axes.flat[len(METALS):]:
             axis.axis("off")
-        handles, labels = axes.flat[0].get_legend_handles_labels()
-        axes.flat[-1].legend(handles, labels, loc="center")
-        figure.tight_layout()
+        figure.legend(*axes.flat[0].get_legend_handles_labels(), loc="lower center", ncol=4)
+        figure.tight_layout(rect=(0.0, 0.03, 1.0, 1.0))
         study.save(figure, ("metal", "curve", "true_strain_percent", "true_stress_MPa"), rows)
 
 
@@ -223,7 +239,7 @@ def page(results, more):
             if body == OTHER:
                 shear.append((name, *(cell(told, what) for what in ("shear yield stress", *(("shear", strain) for strain in SHEAR_STRAINS)))))
     sources = [f"- {name}: E {metal.modulus / 1e9:g} GPa, nu {metal.poisson:g}, {metal.density:g} kg/m3, true stress {metal.law[0] / MPA:.4g} + {metal.law[1] / MPA:.4g} ep^{metal.law[2]:.3g} MPa. "
-               f"{metal.source}." for name, metal in METALS.items()]
+               f"{metal.source}. Heat: {metal.heat}; {metal.heat_source}." for name, metal in METALS.items()]
     percents, missed = [f"{100.0 * strain:g} %" for strain in STRAINS], filter(None, (sentence(*one) for one in every.items()))
     alike = [f"at {100.0 * strain:g} %" for strain in ALIKE]
     return {"count": len(results), "spheres": SPHERES, "sources": "\n".join(sources), "missed": "\n".join(missed),
@@ -243,7 +259,7 @@ def main(words=None):
         for name, metal in METALS.items():
             head, mark, rest = (study.work / f"{name}.evp").read_text(encoding="utf-8").partition(f"# {name}:")
             lines = (mark + rest).splitlines()
-            rows += ["", lines[0], f"#   source: {metal.title}: {metal.source}", *lines[1:]]
+            rows += ["", lines[0], f"#   source: {metal.title}: {metal.source}", f"#   heat: {metal.heat_source}", *lines[1:-1], f"{lines[-1]} {metal.heat}"]
         rows += [line for block in others for line in ("", *block.splitlines())]
         POTENTIALS.write_text("\n".join([head.rstrip("\n"), *rows, ""]), encoding="utf-8")
         draw(study, results, more)
