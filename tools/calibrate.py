@@ -8,9 +8,11 @@
   calibrate.py --E 70e9 --yield 95e6 --stress 120e6@0.02 --stress 150e6@0.05 ...
   calibrate.py ... --compression                             for a part that is only pressed; --tension likewise
   calibrate.py ... --rate 5e6@100                            and an over-stress of 5 MPa at 100/s, by damping (gamma in the row)
+  calibrate.py ... --heat "conductivity 121 capacity 875 soften 298 775 1"    keywords for fix evp/heat; with --johnson-cook A B n C m: soften 298 775
   calibrate.py ... --body bar.data                           for this body instead of a cylinder of 2000 spheres: in it the row meets the targets
 
-Flow curves are rate-independent; without units Pa. Johnson-Cook: A + B p^n of the plastic strain p. A table begins at plastic strain 0, is
+Flow curves are rate-independent, at the reference temperature; without units Pa. Johnson-Cook: A + B p^n of the plastic strain p; m is the exponent of
+softening in --heat, and C in no row, whose rates are those of --rate. A table begins at plastic strain 0, is
 straight between its rows and goes on with its last slope; so does a curve, from its largest nominal stress on. A measured curve is one loading from
 rest on, nominal unless --true; where strains repeat or fall, or the stress has noise, consecutive rows are averaged, and it prints how many
 points are left and the noise. --yield is the 0.2 % offset yield stress, --stress a stress at a strain beyond it, both nominal; negative strains
@@ -41,12 +43,14 @@ from evp.report import command_line, errors_in_one_line, positive, print_table, 
 from evp.run import lammps_command
 from evp.run_table import Table
 
+HEAT = {"conductivity": (1, 1), "capacity": (1, 1), "soften": (2, 4), "melt": (1, 1)}  # keywords: fewest and most numbers
+
 
 def parser():
     """The command line."""
     top = command_line(__doc__)
     top.add_argument("--E", type=positive, required=True, help="Young's modulus [Pa]")
-    top.add_argument("--johnson-cook", type=float, nargs=3, metavar=("A", "B", "N"), help="flow curve A + B p^N [Pa]")
+    top.add_argument("--johnson-cook", type=float, nargs="+", metavar="A B N [C M]", help="flow curve A + B p^N [Pa]")
     top.add_argument("--plastic", type=pathlib.Path, metavar="FILE", help="flow curve, a CSV with columns of plastic strain and true stress")
     top.add_argument("--curve", type=pathlib.Path, metavar="FILE", help="measured curve, a CSV with columns of strain and stress")
     top.add_argument("--true", action="store_true", help="the measured curve is of true stress and true strain")
@@ -59,6 +63,8 @@ def parser():
     top.add_argument("--nu", type=nu_of, default=0.3, help="Poisson's ratio, 0.25 to 0.42 (default 0.3); none: that of the network, about 1/4")
     top.add_argument("--rate", type=value_at, action="append", default=[], metavar="OVERSTRESS@RATE",
                      help="stress above the rate-independent one [Pa] at a strain rate [1/s]")
+    top.add_argument("--heat", type=heat_of, default={}, metavar="KEYWORDS",
+                     help="keywords of the row for fix evp/heat: conductivity K capacity CP [soften TREF TMELT [M [FLOOR]]] [melt L]")
     top.add_argument("--density", type=positive, required=True, help="of the solid [kg/m3]")
     top.add_argument("--name", required=True, help="of the row")
     top.add_argument("--out", type=target_file, required=True, metavar="FILE", help="potential file to append to; made where there is none")
@@ -77,6 +83,32 @@ def nu_of(word):
     return None if word == "none" else float(word)
 
 
+def heat_of(text):
+    """{keyword: numbers} of --heat."""
+    found, words = {}, text.split()
+    keys = [k for k, word in enumerate(words) if word[0].isalpha()]
+    for k, end in zip(keys, [*keys[1:], len(words)]):
+        found[words[k]] = [float(word) for word in words[k + 1 : end]]
+        least, most = HEAT.get(words[k], (0, 0))
+        if not least <= len(found[words[k]]) <= most or most == 0:
+            raise argparse.ArgumentTypeError(f"expected some of conductivity K capacity CP soften TREF TMELT M [FLOOR] melt L, got {text}")
+    if keys[:1] != [0]:
+        raise argparse.ArgumentTypeError(f"begins with a keyword, got {text}")
+    return found
+
+
+def heat_words(options):
+    """The keywords of the row for fix evp/heat; ValueError where Johnson-Cook's m and soften do not fit together."""
+    heat, exponent = {**options.heat}, options.johnson_cook[4] if options.johnson_cook and len(options.johnson_cook) == 5 else None
+    if exponent is not None:
+        if len(heat.get("soften", ())) != 2:
+            raise ValueError("--johnson-cook with C and m needs --heat with 'soften TREF TMELT', which takes m as its exponent")
+        heat["soften"] = [*heat["soften"], exponent]
+    if len(heat.get("soften", (0, 0, 0))) < 3:
+        raise ValueError("soften of --heat needs TREF TMELT M: the exponent is given by --johnson-cook A B n C m, or there")
+    return "".join(f" {name} {' '.join(f'{value:.6g}' for value in values)}" for name, values in heat.items())
+
+
 def value_at(word):
     """(value, place) of VALUE@PLACE, the value above 0."""
     value, _, place = word.partition("@")
@@ -91,13 +123,15 @@ def curve_of(options):
              "--yield and --stress": options.yield_stress or options.stress}
     if len([name for name, value in given.items() if value]) != 1 or bool(options.yield_stress) != bool(options.stress):
         raise ValueError(f"give one flow curve: {', or '.join(given)}")
+    if options.johnson_cook and len(options.johnson_cook) not in (3, 5):
+        raise ValueError(f"--johnson-cook takes A B n, or A B n C m, got {len(options.johnson_cook)} numbers")
     if options.true and not options.curve:
         raise ValueError("--true is about --curve; --plastic and --johnson-cook are true stresses, --yield and --stress are nominal")
     if options.plastic:
         return measured.read_table(options.plastic)
     if options.curve:
         return measured.read_measured(options.curve, options.E, options.true)
-    return flow.johnson_cook(*options.johnson_cook) if options.johnson_cook else flow.through(options.E, options.yield_stress, options.stress)
+    return flow.johnson_cook(*options.johnson_cook[:3]) if options.johnson_cook else flow.through(options.E, options.yield_stress, options.stress)
 
 
 def targets_of(options):
@@ -129,7 +163,7 @@ def comments(options, targets, result, over, words):
 
 def calibrate(options, words):
     """Make the row; returns its Result."""
-    targets = targets_of(options)
+    targets, heat = targets_of(options), heat_words(options)
     out = options.out.absolute()
     check_file(out, options.name)
     lammps_command(options.ranks)  # stops here where there is no lmp
@@ -158,7 +192,7 @@ def calibrate(options, words):
             if targets.rates:
                 gamma, over = search.gamma(result)
                 material = material._replace(row=material.row._replace(gamma=gamma))
-        line = f"{options.name} {material.words(f'{body.spacing:.6g}', f'{body.coordination:.6g}')} density {targets.density:.6g}"
+        line = f"{options.name} {material.words(f'{body.spacing:.6g}', f'{body.coordination:.6g}')} density {targets.density:.6g}{heat}"
         picture = calibration.draw(options.name, targets, result, out.with_name(f"{out.stem}.{options.name}.png"))
         check_file(out, options.name)
         calibration.append(out, comments(options, targets, result, over, words) + [line])
