@@ -61,6 +61,8 @@ struct ThermalState {
 /// What pairs leave on the particles of one MPI rank, and what temperatures leave of their limits. That of fix evp/heat.
 class Heat {
  public:
+  std::vector<double> generated;    ///< what was added, by particles and ghosts [energy]
+
   /// Half to each particle of a pair, to the second one where it takes reactions [energy].
   void add(int i, int j, bool takes_reaction, double energy)
   {
@@ -96,7 +98,6 @@ class Heat {
   virtual double take_damping_time() = 0;
 
  protected:
-  std::vector<double> generated;    ///< by particles and ghosts [energy]
   ~Heat() = default;
 };
 
@@ -109,14 +110,20 @@ class DampingHeat final : public PairConsumer {
   {
   }
 
-  void ask(const PairList &, BlockLaw::Asked &asked) const override { asked.stored = true; }
   void operator()(const PairRange &range, PairBlock &block) override
   {
+    const int *const partner = range.list.j.data();
+    double *const to = heat->generated.data();
+    const double half = -0.5 * time;
     range.for_each_row([&](int i, int first, int last) {
+      double sum = 0.0;
       for (int n = first; n < last; n++) {
-        const int j = range.list.j[n], k = n - range.first;
-        heat->add(i, j, j < nreact, -time * block.damping[k] * block.approach[k]);
+        const int j = partner[n], k = n - range.first;
+        const double energy = half * block.damping[k] * block.approach[k];
+        sum += energy;
+        if (j < nreact) to[j] += energy;
       }
+      to[i] += sum;
     });
   }
   bool acts() const { return time > 0.0; }

@@ -24,7 +24,7 @@ namespace {
   }
 
   /// Puts force/d in its place, from F deq, 1/deq and 1/d.
-  template <bool Damping, bool Stored>
+  template <bool Damping>
   EVP_INLINE void put_force(PairBlock &block, int k, double f, double inv_deq, double inv_d,
                             double gamma, bool acts)
   {
@@ -35,7 +35,7 @@ namespace {
       f -= damping;
     }
     block.force[k] = acts ? f : 0.0;
-    if constexpr (Damping && Stored) block.damping[k] = acts ? -damping : 0.0;
+    if constexpr (Damping) block.damping[k] = acts ? -damping : 0.0;
   }
 
   /// Pairs that forget their flow (eq. 8).
@@ -58,8 +58,8 @@ namespace {
       // 1/d and s = 1/(r - offset) from one division
       const double w = 1.0 / (at.shifted * d);
       const double s = w * d;
-      put_force<Damping, Stored>(block, k, c.force(at, s), inv_deq[k], w * at.shifted, c.gamma,
-                                 !(dsq > cutsq[k]));
+      put_force<Damping>(block, k, c.force(at, s), inv_deq[k], w * at.shifted, c.gamma,
+                         !(dsq > cutsq[k]));
       if constexpr (Stored) {
         const auto now = c.stored(at, s);
         block.elastic[k] = now.elastic;
@@ -96,8 +96,7 @@ namespace {
       double moved = Law<Powers>::template flows<Contact>(r, at) ? at * inv_d : inv_deq[k];
       // beyond R_i + R_j a contact is as it was at first
       if constexpr (Contact) moved = past && r > 1.0 + CONTACT_MARGIN ? inv_d : moved;
-      put_force<Damping, Stored>(block, k, force, moved, inv_d, c.gamma,
-                                 !(past || (Contact && r > 1.0)));
+      put_force<Damping>(block, k, force, moved, inv_d, c.gamma, !(past || (Contact && r > 1.0)));
       moves += (int) ((moved != inv_deq[k]) | (!Contact & past));    // no ||: vectorized
       next[k] = moved;
       ratio[k] = r;

@@ -29,7 +29,7 @@ struct PairBlock {
   alignas(64) double approach[SIZE];    ///< (x_i - x_j).(v_i - v_j), with damping only
   alignas(64) double force[SIZE];       ///< result: force/d [force/length], 0 past the cutoff
 
-  // results where energies are asked for
+  // results where energies are asked for; damping always
   alignas(64) double elastic[SIZE],
       forgotten[SIZE];                   ///< see Stored, past the cutoff those at it [energy]
   alignas(64) double at_cutoff[SIZE];    ///< stored at the cutoff; 0 where flow stays [energy]
@@ -123,7 +123,7 @@ template <class F, class... T> void for_each_block(const PairList &list, F &&f, 
 /// same step: what flows there is no more than found, until commit_flow().
 class PairConsumer {
  public:
-  /// Adds what it needs of the pairs of a list, beside forces; those of the damping only with what pairs store.
+  /// Adds what it needs of the pairs of a list, beside forces and those of the damping, where there is any.
   virtual void ask(const PairList &, BlockLaw::Asked &) const {}
   virtual void operator()(const PairRange &, PairBlock &) = 0;
 

@@ -39,8 +39,8 @@ void PairHistories::begin_step()
   if (update->whichflag != 1) return;
   const auto heat = this->heat();
   heat_due = heat && heat->is_due();
-  const bool was_set = heat && update->ntimestep == update->firststep + 1 &&
-      on_any(heat->softening_is_old(), world);
+  const bool was_set =
+      heat && update->ntimestep == update->firststep + 1 && on_any(heat->softening_is_old(), world);
   limits_due = rules.plastic && (update->ntimestep % every == 0 || heat_due || was_set);
 }
 
