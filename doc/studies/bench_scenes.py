@@ -119,6 +119,10 @@ bond_coeff 1 {coefficients}
 CROSSING = "80 8 4 3 8 4 0.0005"  # the stirring stretches pairs by more
 PLASTIC = "plasticity isotropic"
 VOLUME = "fix volume all evp/volume 1000"  # [energy] 12 times e1, as 1000 J are with Table 1
+HEAT = f"""fix properties all property/atom temperature heatflow ghost yes
+set group all temperature 300
+pair_coeff * * {CROSSING} 0 {REACH} density 1 conductivity 1e-4 capacity 1 soften 300 1e6 1
+fix heat all evp/heat every 100"""
 PUSH = "fix push all addforce 1e-6 0 0"
 LENNARD_JONES = "1 0.8908987181403393"  # minimum at one diameter
 
@@ -173,6 +177,9 @@ def effects(cells, steps, data):
         ("plasticity isotropic, no pair flows", ours("isotropic", cells, steps, contact="repulsive", rules=PLASTIC), ours("repulsive", cells, steps, contact="repulsive")),
         ("plasticity isotropic, pairs flow at each step", ours("flowing", cells, steps, row=CROSSING, speed=0.1, contact="repulsive", rules=PLASTIC),
          ours("crossing", cells, steps, row=CROSSING, speed=0.1, contact="repulsive")),
+        ("fix evp/heat, every 100 steps, with plasticity isotropic, pairs flow at each step",
+         ours("heat", cells, steps, row=CROSSING, speed=0.1, contact="repulsive", rules=PLASTIC, more=HEAT),
+         ours("flowing", cells, steps, row=CROSSING, speed=0.1, contact="repulsive", rules=PLASTIC)),
         ("break 0.4", ours("breaking", cells, steps, rules="break 0.4"), plain),
         ("fix evp/volume", ours("volume", cells, steps, more=VOLUME), plain),
         ("fix evp/energy at each step, with plasticity isotropic and fix evp/volume",

@@ -158,6 +158,16 @@ def test_a_hot_body_is_one_with_a_lower_limit(lmp, tmp_path, ranks, newton):
     assert largest_difference(ends["hot"], ends["cold"]) < 1e-9 and max(ends["hot"].column("p").values()) > 0.01
 
 
+def test_stress_is_that_of_the_softened_limit(lmp_decks):
+    """Held at these temperatures, over 0.03 to 0.06 of strain: in proportion to s within 25 %, as the volume energy does not soften."""
+    more = "compute press all pressure NULL pair fix\nvariable tau equal -c_press[4]\nfix tau all ave/time 5 100 500 v_tau"
+    shares = (1.0, 0.5, 0.2, 0.1)
+    decks = {s: sheared(group="nobody", temperature=f"set group all temperature {TREF + (1.0 - s) * (TMELT - TREF)}", more=more).replace("custom step", "custom step f_tau")
+             + "thermo 1000\nrun 1000\n" for s in shares}
+    tau = np.array([run.thermo()["f_tau"][-1] for run in lmp_decks(decks, 2).values()])
+    assert tau / tau[0] == pytest.approx(shares, rel=0.25) and np.all(np.diff(tau) < 0.0)
+
+
 def test_a_temperature_that_is_set_between_runs(lmp):
     """Bonds beyond their limits of now are returned: the energies close, and stress falls with the limit."""
     text = sheared(more="compute press all pressure NULL pair fix\nfix tau all ave/time 5 60 300 c_press[4]")
