@@ -25,29 +25,28 @@ class Coefficients {
   void resize(int ntypes)
   {
     n = ntypes + 1;
-    values.assign((size_t) NMEMBERS * n * n, 0.0);
-    for (int k = 0; k < NMEMBERS; k++) {
+    values.assign((size_t) NREQUIRED * n * n, 0.0);
+    for (int k = 0; k < NREQUIRED; k++) {
       tables[k].resize(n);
       for (int i = 0; i < n; i++) tables[k][i] = &values[((size_t) k * n + i) * n];
     }
-    flow_tables.assign((size_t) n * n, FlowTable());
+    rows.assign((size_t) n * n, Row());
     laws.assign((size_t) 4 * n * n, PairLaw());
     has_chosen = false;
   }
 
   void set(int i, int j, const Row &row)
   {
-    for (int k = 0; k < NMEMBERS; k++) tables[k][i][j] = tables[k][j][i] = row.*MEMBERS[k].value;
-    flow_tables[index(i, j)] = flow_tables[index(j, i)] = row.flow;
+    for (int k = 0; k < NREQUIRED; k++) tables[k][i][j] = tables[k][j][i] = row.*MEMBERS[k].value;
+    rows[index(i, j)] = rows[index(j, i)] = row;
   }
 
   /// As pair_coeff or fix adapt wrote it; fix adapt writes for i <= j only.
   Row row(int i, int j) const
   {
-    Row row{};
-    for (int k = 0; k < NMEMBERS; k++)
+    Row row = rows[index(i, j)];
+    for (int k = 0; k < NREQUIRED; k++)
       row.*MEMBERS[k].value = tables[k][std::min(i, j)][std::max(i, j)];
-    row.flow = flow_tables[index(i, j)];
     return row;
   }
 
@@ -64,9 +63,8 @@ class Coefficients {
   /// Does any row name the bodies that it holds for?
   bool any_scaled() const
   {
-    const auto first = values.begin() + (find_member("spacing") - MEMBERS) * n * n;
-    return std::any_of(first, first + n * n, [](double spacing) {
-      return spacing > 0.0;
+    return std::any_of(rows.begin(), rows.end(), [](const Row &row) {
+      return row.is_scaled();
     });
   }
 
@@ -184,14 +182,14 @@ class Coefficients {
   }
   const BlockLaw &block_law(const PairList &list) const { return blocks[list.are_bonds ? 0 : 1]; }
 
-  double memory_usage() const { return bytes_of(values, flow_tables, laws); }
+  double memory_usage() const { return bytes_of(values, rows, laws); }
 
  private:
-  int n = 0;                                             // atom types and one more
-  std::vector<double> values;                            // of all members
-  std::array<std::vector<double *>, NMEMBERS> tables;    // [type][type] of each
-  std::vector<FlowTable> flow_tables;                    // [type][type]
-  BondMeasures measures;                                 // of the body
+  int n = 0;                                              // atom types and one more
+  std::vector<double> values;                             // of the required members
+  std::array<std::vector<double *>, NREQUIRED> tables;    // [type][type] of each
+  std::vector<Row> rows;        // [type][type] as pair_coeff gave them, the rest of their members
+  BondMeasures measures;        // of the body
   std::vector<PairLaw> laws;    // of all pairs of types, between bodies, then the twins of both
   std::array<std::vector<int>, 2> used, used_before;    // laws that bonds and contacts can have
   std::array<Flow, 2> flows{};
