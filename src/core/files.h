@@ -83,6 +83,14 @@ inline Row parse_row(const std::vector<std::string> &words)
       at = parse_flow(words, at + 1, row.flow);
       continue;
     }
+    if (words[at] == "limit") {
+      if (at + 1 == words.size() || words[at + 1] != "own")
+        throw BadInput("keyword limit of a row takes the word own: its pairs hold by its xi_s, "
+                       "whatever their spheres have gone through");
+      row.limit_own = 1.0;
+      at += 2;
+      continue;
+    }
     if (words[at] == "saturation")
       throw BadInput("keyword saturation of a row is gone: how far bonds hold is a table now, flow "
                      "p0 Y0 p1 Y1 ... (plastic strain, limit over xi_s)");
@@ -90,7 +98,7 @@ inline Row parse_row(const std::vector<std::string> &words)
     if (!member || member < MEMBERS + NREQUIRED || member->place != Member::HEAD)
       throw BadInput("unknown keyword '" + shown(words[at]) + "' of a row: after its " +
                      std::to_string(NREQUIRED) + " values it may have " +
-                     keys_of(MEMBERS + NREQUIRED, std::end(MEMBERS), ", ") + ", flow");
+                     keys_of(MEMBERS + NREQUIRED, std::end(MEMBERS), ", ") + ", flow, limit");
     at = parse_keyword(words, at, *member, row);
   }
   if ((row.spacing > 0.0) != (row.coordination > 0.0))
@@ -110,6 +118,7 @@ inline std::string row_text(const Row &row)
         text += std::string(" ") + member.key;
       text += (text.empty() ? "" : " ") + shortest_text(row.*member.value);
     }
+  if (row.limit_own != 0.0) text += " limit own";
   return row.flow.n > 0 ? text + " flow " + flow_text(row.flow) : text;
 }
 

@@ -45,6 +45,7 @@ struct Row {
   double kv = 0.0;              ///< of fix evp/volume [energy]
   double density = 0.0;         ///< of the solid [mass/volume]
   FlowTable flow = {};          ///< with plasticity
+  double limit_own = 0.0;    ///< 1: its pairs hold by xi_s, whatever their spheres have gone through
 
   // of fix evp/heat
   double conductivity = 0.0;    ///< of the solid [power/length/temperature]
@@ -209,6 +210,9 @@ inline void check_flow(const Row &row)
 /// The row; throws BadInput where a member breaks its rule.
 inline const Row &checked(const Row &row)
 {
+  if (row.limit_own != 0.0 && !(row.xi_s < strongest_strain(row)))
+    throw BadInput("limit own needs xi_s below " + rounded(strongest_strain(row)) +
+                   ", where a bond is strongest, got " + rounded(row.xi_s));
   for (const Member &member : MEMBERS)
     if (is_given(row, member)) member.check(row, &member);
   check_flow(row);
@@ -217,7 +221,7 @@ inline const Row &checked(const Row &row)
 
 inline bool operator==(const Row &a, const Row &b)
 {
-  return a.flow == b.flow &&
+  return a.flow == b.flow && a.limit_own == b.limit_own &&
       std::all_of(std::begin(MEMBERS), std::end(MEMBERS), [&](const Member &member) {
            return a.*member.value == b.*member.value;
          });

@@ -167,6 +167,7 @@ void PairTypes::report_unlike_types()
                    "its spheres, by the rows of like types: give 'pair_coeff {} {}' a row",
                    i, j, i, i);
       const Row row = coefficients.row(i, j);
+      if (row.limit_own != 0.0) continue;
       const auto has = [&](int type) {
         const Row own = coefficients.row(type, type);
         return !handles(type, type) || (own.xi_s == row.xi_s && own.flow == row.flow);

@@ -45,9 +45,10 @@ write_evp_bonds end.bonds
 """
 
 
-@pytest.mark.parametrize("e2, table", [(0.3, None), (3.0, FALLING)])
+@pytest.mark.parametrize("e2, table", [(0.3, None), (3.0, FALLING), (3.0, "own")])
 def test_a_pair_through_random_reversals(lmp, tmp_path, e2, table):
-    """300 of them (2000: tests/unit), each in one timestep, some without a change of the distance, some by a fifth of it, with limits that grow and that fall."""
+    """300 of them (2000: tests/unit), each in one timestep, some without a change of the distance, some by a fifth of it, with limits that grow, that fall,
+    and of a pair of two types that holds by its own."""
     row = ROW._replace(e2=e2)
     rng = np.random.default_rng(7)
     targets = rng.uniform(-0.03, 0.03, 300) * DEQ
@@ -55,12 +56,16 @@ def test_a_pair_through_random_reversals(lmp, tmp_path, e2, table):
     targets[3::8] = targets[2::8]
     write_two(tmp_path / "body.data", DEQ)
     (tmp_path / "targets.txt").write_text("".join(f"{0.5 * DEQ + target:.17g}\n" for target in targets))
-    style = f"pair_style evp/lj contact none plasticity isotropic\npair_coeff * * {words(row)}{flow_words(table)}\nfix bonds all evp/bonds\n"
-    lmp(head("off", skin=0.006) + style + LED, 2).ok()
+    start, coeffs = "read_data body.data", f"pair_coeff * * {words(row)}{flow_words(table)}\n"
+    if table == "own":
+        start += " extra/atom/types 1\nset atom 2 type 2"
+        coeffs, table = f"pair_coeff * * {words(row._replace(xi_s=0.002))}{flow_words(FALLING)}\npair_coeff 1 2 {words(row)} limit own\n", (0, 1)
+    style = f"pair_style evp/lj contact none plasticity isotropic\n{coeffs}fix bonds all evp/bonds\n"
+    lmp(head("off", start=start, skin=0.006) + style + LED, 2).ok()
     found = read_csv(tmp_path / "way.csv")
     led = lead(found["d"], DEQ, row, table)
     fell = np.any(np.diff(led.limit) < 0.0)
-    assert len(found["d"]) == 300 and np.ptp(led.deq) > 0.02 * DEQ and np.ptp(led.limit) > ROW.xi_s and fell == bool(table), "control"
+    assert len(found["d"]) == 300 and np.ptp(led.deq) > 0.02 * DEQ and (table == (0, 1) or np.ptp(led.limit) > ROW.xi_s) and fell == (table == FALLING), "control"
     assert np.abs(found["deq"] / led.deq - 1.0).max() < 1e-12
     assert np.abs(found["force"] - led.force).max() < 1e-9 * FORCE
     assert np.abs(found["energy"] - led.stored).max() < 1e-11 * row.e1 * row.m1 * row.n1 * row.xi_s
