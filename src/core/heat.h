@@ -41,7 +41,14 @@ struct ThermalState {
   double temperature;
   double latent;    ///< taken so far [energy]
 
-  /// Takes an energy, which may be negative. capacity: m CP [energy/temperature].
+  /// Others may have set the temperature: as much latent heat as there is at that one.
+  void settle(const Row &row, double mass)
+  {
+    if (temperature < row.soften_tmelt) latent = 0.0;
+    if (temperature > row.soften_tmelt) latent = mass * row.melt;
+  }
+
+  /// Takes an energy, which may be negative, where latent heat is settled.
   void take(double energy, const Row &row, double mass)
   {
     const double capacity = mass * row.capacity, most = mass * row.melt;
@@ -49,9 +56,6 @@ struct ThermalState {
       temperature += energy / capacity;
       return;
     }
-    // what others have set: no more latent heat than there is at that temperature
-    if (temperature < row.soften_tmelt) latent = 0.0;
-    if (temperature > row.soften_tmelt) latent = most;
     const double above = capacity * (temperature - row.soften_tmelt) + latent + energy;
     latent = std::clamp(above, 0.0, most);
     temperature = row.soften_tmelt + (above - latent) / capacity;

@@ -327,9 +327,11 @@ void FixEVPHeat::hand_out(const PairLists &lists)
     const Row &row = rows[atom->type[i]];
     const double mass = scene::mass(atom, i);
     ThermalState now = {atom->temperature[i], records[i].latent};
+    now.settle(row, mass);
+    const ThermalState before = now;
     now.take(energy, row, mass);
-    account[STORED] += mass * row.capacity * (now.temperature - atom->temperature[i]) +
-        (now.latent - records[i].latent);
+    account[STORED] +=
+        mass * row.capacity * (now.temperature - before.temperature) + now.latent - before.latent;
     atom->temperature[i] = shared[(size_t) 2 * i + 1] = now.temperature;
     records[i].latent = now.latent;
     all_finite = all_finite && std::isfinite(now.temperature);

@@ -237,3 +237,14 @@ def test_atoms_without_bonds(lmp):
     run = lmp(scene(**{**HEAT, "box": HEAT["box"].replace("lattice sc 0.0101", "lattice sc 0.02"), "move": "fix move all nve\n", "thermo": thermo(ENTRIES)})).ok()
     table = run.thermo()
     assert np.all(table["f_heat[6]"] == 300.0) and np.all(np.isinf(table["f_heat[7]"]))
+
+
+def test_temperatures_that_are_set_are_not_in_the_account(lmp):
+    """Nor is the latent heat that belongs to them: above TMELT, and back."""
+    coeff = f"{HEAT['coeff']} soften 293 775 1 melt 4e5"
+    run = lmp(scene(**{**HEAT, "coeff": coeff, "fix": f"{HEAT['fix']} every 7", "thermo": thermo(ENTRIES),
+                       "run": "thermo 7\nset atom 1 temperature 900\nrun 14\nset atom 1 temperature 300\nrun 14"})).ok()
+    for block in (0, 1):
+        table = run.thermo(block)
+        assert np.abs(table["f_heat"]).max() < 1e-9 and np.abs(table["f_heat[5]"]).max() < 1e-9
+    assert run.thermo(0)["f_heat[6]"][-1] > 899.0
