@@ -61,6 +61,19 @@ void FixEVPHeat::grow_arrays(int nmax)
   vector_atom = through.data();
 }
 
+void FixEVPHeat::copy_arrays(int i, int j, int delflag)
+{
+  AtomRecords::copy_arrays(i, j, delflag);
+  through[j] = records[j].out;
+}
+
+int FixEVPHeat::unpack_exchange(int i, double *buf)
+{
+  const int words = AtomRecords::unpack_exchange(i, buf);
+  through[i] = records[i].out;
+  return words;
+}
+
 void *FixEVPHeat::extract(const char *name, int &dim)
 {
   dim = -1;    // nothing that fix adapt could write
@@ -89,6 +102,8 @@ void FixEVPHeat::init()
     if (utils::strmatch(other->style, "^heat/flow")) others_groupbits |= other->groupbit;
   check_atoms();
   damping_time = 0.0;
+  is_packed = false;    // a run brings home what it has added; ghosts may be others since
+  generated.clear();
   if (!std::exchange(begun, true)) take_softening();
 }
 
@@ -419,4 +434,5 @@ void FixEVPHeat::unpack_restart(int nlocal, int nth)
                "that file: define the fix right after read_restart",
                who, atom->tag[nlocal]);
   records[nlocal] = {record[1], record[2], record[3], record[4]};
+  through[nlocal] = records[nlocal].out;
 }

@@ -51,7 +51,13 @@ class FixEVPHeat :
   /// "heat": the std::shared_ptr<EVP::Heat>.
   void *extract(const char *, int &) override;
   void grow_arrays(int) override;
-  void set_arrays(int i) override { records[i] = {0.0, 0.0, 1.0, 0.0}; }
+  void copy_arrays(int, int, int) override;
+  void set_arrays(int i) override
+  {
+    records[i] = {0.0, 0.0, 1.0, 0.0};
+    through[i] = 0.0;
+  }
+  int unpack_exchange(int, double *) override;
   double memory_usage() override;
 
   void write_restart(FILE *) override;
