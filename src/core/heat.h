@@ -19,13 +19,14 @@ inline double softening(const Row &row, double temperature)
   return std::max(1.0 - std::pow(share, row.soften_m), row.soften_floor);
 }
 
-/// The part of a particle in the conductances of its bonds [length^3]: 3 V/z, V its share of the volume of the body.
-inline double conducting_share(double volume, double bonds)
+/// The part of a particle in the conductances of its bonds [length^3]: 3 V/z, V its share of the volume of the body; 2 V/z
+/// in a plane.
+inline double conducting_share(int dimension, double volume, double bonds)
 {
-  return bonds > 0.0 ? 3.0 * volume / bonds : 0.0;
+  return bonds > 0.0 ? dimension * volume / bonds : 0.0;
 }
 
-/// Conductance of a bond between particles that are d apart [power/temperature]: k (3 V_i/z_i + 3 V_j/z_j)/d^2, with which
+/// Conductance of a bond between particles that are d apart [power/temperature]: k (share_i + share_j)/d^2, with which
 /// the bonds of an isotropic body add up to k. Of two materials k is that of both in series. d counts as no shorter than half
 /// of R_i + R_j: the largest stable step would go to zero.
 inline double conductance(double k_i, double k_j, double share_i, double share_j, double dsq,

@@ -73,5 +73,6 @@ TEST(Conductance, IsThatOfTheSeries)
   EXPECT_DOUBLE_EQ(EVP::conductance(2.0, 6.0, 3.0, 5.0, 4.0, 1.0), 6.0);
   EXPECT_EQ(EVP::conductance(2.0, 0.0, 3.0, 5.0, 4.0, 1.0), 0.0);
   EXPECT_DOUBLE_EQ(EVP::conductance(2.0, 2.0, 3.0, 5.0, 1e-9, 1.0), 64.0);
-  EXPECT_EQ(EVP::conducting_share(1.0, 0.0), 0.0);
+  EXPECT_EQ(EVP::conducting_share(3, 1.0, 0.0), 0.0);
+  EXPECT_DOUBLE_EQ(EVP::conducting_share(2, 5.0, 4.0), 2.5);
 }
