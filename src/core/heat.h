@@ -19,13 +19,14 @@ inline double softening(const Row &row, double temperature)
   return std::max(1.0 - std::pow(share, row.soften_m), row.soften_floor);
 }
 
-/// The part of a particle in the conductances of its bonds [length^3]: 3 V/z, V its share of the volume of the body.
-inline double conducting_share(double volume, double bonds)
+/// The part of a particle in the conductances of its bonds [length^3]: 3 V/z, V its share of the volume of the body; 2 V/z
+/// in a plane.
+inline double conducting_share(int dimension, double volume, double bonds)
 {
-  return bonds > 0.0 ? 3.0 * volume / bonds : 0.0;
+  return bonds > 0.0 ? dimension * volume / bonds : 0.0;
 }
 
-/// Conductance of a bond between particles that are d apart [power/temperature]: k (3 V_i/z_i + 3 V_j/z_j)/d^2, with which
+/// Conductance of a bond between particles that are d apart [power/temperature]: k (share_i + share_j)/d^2, with which
 /// the bonds of an isotropic body add up to k. Of two materials k is that of both in series. d counts as no shorter than half
 /// of R_i + R_j: the largest stable step would go to zero.
 inline double conductance(double k_i, double k_j, double share_i, double share_j, double dsq,
@@ -41,7 +42,14 @@ struct ThermalState {
   double temperature;
   double latent;    ///< taken so far [energy]
 
-  /// Takes an energy, which may be negative. capacity: m CP [energy/temperature].
+  /// Others may have set the temperature: as much latent heat as there is at that one.
+  void settle(const Row &row, double mass)
+  {
+    if (temperature < row.soften_tmelt) latent = 0.0;
+    if (temperature > row.soften_tmelt) latent = mass * row.melt;
+  }
+
+  /// Takes an energy, which may be negative, where latent heat is settled.
   void take(double energy, const Row &row, double mass)
   {
     const double capacity = mass * row.capacity, most = mass * row.melt;
@@ -49,9 +57,6 @@ struct ThermalState {
       temperature += energy / capacity;
       return;
     }
-    // what others have set: no more latent heat than there is at that temperature
-    if (temperature < row.soften_tmelt) latent = 0.0;
-    if (temperature > row.soften_tmelt) latent = most;
     const double above = capacity * (temperature - row.soften_tmelt) + latent + energy;
     latent = std::clamp(above, 0.0, most);
     temperature = row.soften_tmelt + (above - latent) / capacity;

@@ -122,15 +122,18 @@ void FixEVPBonds::check_history() const
                "{}: bonds have flowed or ended, which this pair_style would forget: give it the "
                "'plasticity' and 'break' that it had",
                who);
-  if (!rules.has_history()) return;
+  const bool heats = scene::find_fix(modify, "evp/heat") != nullptr;
+  if (!rules.has_history() && !heats) return;
   for (int k = 0; k < modify->nfix && modify->fix[k] != this; k++) {
     const Fix *const other = modify->fix[k];
     if ((modify->fmask[k] & FixConst::PRE_EXCHANGE) && !scene::is_ours(other->style) &&
         !utils::strmatch(other->style, "_HISTORY$"))    // those of granular styles move no atoms
       error->all(FLERR,
                  "{} must be defined before fix {} {}, which may move, add or delete atoms before "
-                 "it has kept how bonds have flowed or ended",
-                 who, other->id, other->style);
+                 "it has kept {}",
+                 who, other->id, other->style,
+                 rules.has_history() ? "how bonds have flowed or ended"
+                                     : "what heats them, for fix evp/heat");
   }
 }
 

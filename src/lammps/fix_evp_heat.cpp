@@ -61,6 +61,19 @@ void FixEVPHeat::grow_arrays(int nmax)
   vector_atom = through.data();
 }
 
+void FixEVPHeat::copy_arrays(int i, int j, int delflag)
+{
+  AtomRecords::copy_arrays(i, j, delflag);
+  through[j] = records[j].out;
+}
+
+int FixEVPHeat::unpack_exchange(int i, double *buf)
+{
+  const int words = AtomRecords::unpack_exchange(i, buf);
+  through[i] = records[i].out;
+  return words;
+}
+
 void *FixEVPHeat::extract(const char *name, int &dim)
 {
   dim = -1;    // nothing that fix adapt could write
@@ -89,7 +102,13 @@ void FixEVPHeat::init()
     if (utils::strmatch(other->style, "^heat/flow")) others_groupbits |= other->groupbit;
   check_atoms();
   damping_time = 0.0;
-  if (!std::exchange(begun, true)) take_softening();
+  stepping = false;
+  is_packed = false;    // a run brings home what it has added; ghosts may be others since
+  generated.clear();
+  // bonds that are there may hold too much: the first step sees to that, and to its work
+  const auto bonds = scene::find_shared<BondStore>(modify, "evp/bonds", "bonds");
+  if (!std::exchange(begun, true) && !bonds->has_recorded()) take_softening();
+  report_unlike_types();
 }
 
 // by the smallest ID, so that any number of MPI ranks says the same
@@ -127,6 +146,29 @@ void FixEVPHeat::check_atoms() const
                who, first[ROW], "what heat needs");
 }
 
+void FixEVPHeat::report_unlike_types()
+{
+  constexpr double Row::*OF_HEAT[] = {&Row::conductivity, &Row::capacity, &Row::soften_tref,
+                                      &Row::soften_tmelt, &Row::soften_m, &Row::soften_floor,
+                                      &Row::melt};
+  std::string line;
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i + 1; j <= atom->ntypes; j++) {
+      const Row row = pair_data->row_of(i, j);
+      bool any = false, differs = false;
+      for (const auto member : OF_HEAT) {
+        any = any || row.*member != Row{}.*member;
+        differs = differs || row.*member != rows[i].*member || row.*member != rows[j].*member;
+      }
+      if (any && differs) line += fmt::format("{}{} {}", line.empty() ? "" : ", ", i, j);
+    }
+  if (line == std::exchange(last_unlike, line) || line.empty() || comm->me) return;
+  utils::logmesg(lmp,
+                 "fix evp/heat {}: conductivity, capacity, soften and melt of the rows of types {} "
+                 "are not used: those of like types hold\n",
+                 id, line);
+}
+
 void FixEVPHeat::setup(int /*vflag*/)
 {
   for (int i = 0; i < atom->nlocal; i++) through[i] = records[i].out;
@@ -144,6 +186,7 @@ void FixEVPHeat::setup(int /*vflag*/)
 // heat flow is that of one step: LAMMPS' styles add to it
 void FixEVPHeat::pre_force(int /*vflag*/)
 {
+  stepping = true;
   elapsed += update->dt;
   damping_time = update->dt;
   if (!others_groupbits)
@@ -153,6 +196,7 @@ void FixEVPHeat::pre_force(int /*vflag*/)
 void FixEVPHeat::end_of_step()
 {
   damping_time = 0.0;
+  if (!std::exchange(stepping, false)) return;
   const int nlocal = atom->nlocal;
   double *const heatflow = atom->heatflow;
   if (others_pairs && !others_groupbits) {
@@ -226,7 +270,7 @@ void FixEVPHeat::find_links(const PairLists &lists)
     if (is_free(i)) inverse_capacity[i] = 1.0 / (mass * row.capacity);
     if (i >= lists.nlocal) continue;
     if (row.conductivity > 0.0)
-      shared[(size_t) 2 * i] = conducting_share(mass / row.density, bonds[i]);
+      shared[(size_t) 2 * i] = conducting_share(domain->dimension, mass / row.density, bonds[i]);
     shared[(size_t) 2 * i + 1] = atom->temperature[i];
   }
   forward_comm(shared);
@@ -327,9 +371,11 @@ void FixEVPHeat::hand_out(const PairLists &lists)
     const Row &row = rows[atom->type[i]];
     const double mass = scene::mass(atom, i);
     ThermalState now = {atom->temperature[i], records[i].latent};
+    now.settle(row, mass);
+    const ThermalState before = now;
     now.take(energy, row, mass);
-    account[STORED] += mass * row.capacity * (now.temperature - atom->temperature[i]) +
-        (now.latent - records[i].latent);
+    account[STORED] +=
+        mass * row.capacity * (now.temperature - before.temperature) + now.latent - before.latent;
     atom->temperature[i] = shared[(size_t) 2 * i + 1] = now.temperature;
     records[i].latent = now.latent;
     all_finite = all_finite && std::isfinite(now.temperature);
@@ -417,4 +463,5 @@ void FixEVPHeat::unpack_restart(int nlocal, int nth)
                "that file: define the fix right after read_restart",
                who, atom->tag[nlocal]);
   records[nlocal] = {record[1], record[2], record[3], record[4]};
+  through[nlocal] = records[nlocal].out;
 }

@@ -51,7 +51,13 @@ class FixEVPHeat :
   /// "heat": the std::shared_ptr<EVP::Heat>.
   void *extract(const char *, int &) override;
   void grow_arrays(int) override;
-  void set_arrays(int i) override { records[i] = {0.0, 0.0, 1.0, 0.0}; }
+  void copy_arrays(int, int, int) override;
+  void set_arrays(int i) override
+  {
+    records[i] = {0.0, 0.0, 1.0, 0.0};
+    through[i] = 0.0;
+  }
+  int unpack_exchange(int, double *) override;
   double memory_usage() override;
 
   void write_restart(FILE *) override;
@@ -94,6 +100,7 @@ class FixEVPHeat :
 
   double elapsed = 0.0;                       // since heat was handed out last [time]
   double damping_time = 0.0;                  // see take_damping_time()
+  bool stepping = false;                      // not in rerun, which has no time
   std::array<double, NACCOUNTS> account{};    // of this MPI rank, but WAITING [energy]
   bool is_packed = false;                     // generated is there
 
@@ -103,7 +110,7 @@ class FixEVPHeat :
   double limit = 0.0,
          most_checked = 0.0;      // largest stable thermal step, and the sum that it was found at
   std::vector<double> through;    // of the records, what went out at each atom
-  std::string last_report;
+  std::string last_report, last_unlike;
 
   double softening_now(int i) const
   {
@@ -111,6 +118,7 @@ class FixEVPHeat :
   }
   bool is_free(int i) const { return atom->mask[i] & groupbit; }
   void check_atoms() const;
+  void report_unlike_types();
   void find_links(const EVP::PairLists &);
   template <class F> void sum_flows(F &&difference);
   double highest_sum();

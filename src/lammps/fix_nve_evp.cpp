@@ -268,9 +268,10 @@ void FixNVEEVP::kick()
       const double scale = half * scene::inverse_mass(atom, force, i);
       for (int c = 0; c < 3; c++) atom->v[i][c] += scale * atom->f[i][c];
     }
-  if (!heat || applied.empty()) return;
+  const auto of_fix = heat.lock();
+  if (!of_fix || applied.empty()) return;
   dampers.for_each([&](int i, const Dampers::Damper &damper, double along) {
-    heat->add(i, damper.j, dampers.takes_reaction(damper), half * along * along);
+    of_fix->add(i, damper.j, dampers.takes_reaction(damper), half * along * along);
   });
 }
 

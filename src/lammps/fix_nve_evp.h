@@ -81,7 +81,7 @@ class FixNVEEVP : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, std::array<
   int others_groupbits = 0;               // groups of the other fixes that move atoms by forces
   std::vector<const Fix *> null_moves;    // those of style move with a component NULL
   bool forces_follow = false;         // fixes defined later add forces, at set-up after its solve
-  std::shared_ptr<EVP::Heat> heat;    // of fix evp/heat, nullptr without
+  std::weak_ptr<EVP::Heat> heat;    // of fix evp/heat, which may go between runs
   bool balance_wanted = false;        // a fix evp/energy asks for the power of the dampers
   bool rotation_warned = false;
   bool positions_known = false;    // the records are those of the last solve

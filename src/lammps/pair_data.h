@@ -191,6 +191,7 @@ class PairData : protected Pointers {
 
   /// Of the spheres of a type, as given.
   Row row_of(int type) const { return coefficients.row(type, type); }
+  Row row_of(int i, int j) const { return coefficients.row(i, j); }
 
   /// True where fix nve/evp takes over the damping of some pairs, those with an atom of its group.
   bool damps_implicitly() const { return any_gamma && implicit_groupbit; }

@@ -232,6 +232,7 @@ HEAT = {"box": PARTS["box"] + f"\n{PROPERTIES}set group all temperature 300", "c
     ({"fix": HEAT["fix"] + "\nfix more all evp/heat"}, ["fix heat is of this style too"]),
     ({"fix": HEAT["fix"] + "\nfix flow all heat/flow constant 900"}, ["atom 1 is of a fix heat/flow too"]),
     ({"fix": PARTS["fix"] + "\nfix heat nobody evp/heat"}, ["Could not find fix group ID nobody"]),
+    ({"fix": "region corner block INF 0.001 INF INF INF INF units box\nfix few all evaporate 1 1 corner 7\n" + HEAT["fix"]}, ["must be defined before fix few evaporate", "what heats them"]),
     ({"fix": HEAT["fix"] + " every 0"}, ["every must be an integer from 1 to 1e9", "got 0"]),
     ({"fix": HEAT["fix"] + " taylor 1.1"}, ["taylor must lie between 0 and 1", "got 1.1"]),
     ({"fix": HEAT["fix"] + " often 3"}, ["unknown keyword 'often'; it takes every and taylor"]),
@@ -247,3 +248,111 @@ def test_atoms_without_bonds(lmp):
     run = lmp(scene(**{**HEAT, "box": HEAT["box"].replace("lattice sc 0.0101", "lattice sc 0.02"), "move": "fix move all nve\n", "thermo": thermo(ENTRIES)})).ok()
     table = run.thermo()
     assert np.all(table["f_heat[6]"] == 300.0) and np.all(np.isinf(table["f_heat[7]"]))
+
+
+def test_temperatures_that_are_set_are_not_in_the_account(lmp):
+    """Nor is the latent heat that belongs to them: above TMELT, and back."""
+    coeff = f"{HEAT['coeff']} soften 293 775 1 melt 4e5"
+    run = lmp(scene(**{**HEAT, "coeff": coeff, "fix": f"{HEAT['fix']} every 7", "thermo": thermo(ENTRIES),
+                       "run": "thermo 7\nset atom 1 temperature 900\nrun 14\nset atom 1 temperature 300\nrun 14"})).ok()
+    for block in (0, 1):
+        table = run.thermo(block)
+        assert np.abs(table["f_heat"]).max() < 1e-9 and np.abs(table["f_heat[5]"]).max() < 1e-9
+    assert run.thermo(0)["f_heat[6]"][-1] > 899.0
+
+
+# ---- what goes, comes late, or is not a run ----
+
+
+def test_defined_on_a_hot_body(lmp):
+    """That has flowed: what bonds hold beyond their limits is plastic work, also where the fix goes and comes again."""
+    text = sheared().replace("fix heat all evp/heat every 50\n", "").replace(ENTRIES, "")
+    run = lmp(text + """thermo 100
+run 600
+set group all temperature 534
+fix heat all evp/heat every 50
+run 100
+unfix heat
+run 100
+fix heat all evp/heat every 50
+run 100
+""", 2).ok()
+    for block in (1, 2, 3):
+        table = run.thermo(block)
+        assert np.abs(table["f_energy"]).max() < 3e-4 * table["f_energy[9]"][-1]
+
+
+@pytest.mark.parametrize("then", ['print "$(f_bonds[5])"', "run 20 pre no"])
+def test_gone_between_runs(lmp, then):
+    """Nobody calls it after that."""
+    text = sheared(gamma=2e4, integrate="nve/evp").replace(ENTRIES, "")
+    lmp(f"{text}run 20\nunfix heat\n{then}\n").ok()
+
+
+def test_ghosts_that_are_others_between_runs(lmp):
+    """More of them, for the restart file: nothing is brought home from these."""
+    run = lmp(sheared() + f"run 60\n{LAST}comm_modify vel yes cutoff 0.022\nwrite_restart state.rst\n" + LAST).ok()
+    ended = [line for line in run.stdout.splitlines() if line.startswith("ended:")]
+    assert len(ended) == 2 and ended[0] == ended[1]
+
+
+def test_values_of_atoms_follow_their_atoms(lmp, tmp_path):
+    """Of atoms that hold their temperature, when others are deleted."""
+    text = sheared(every=10, more="compute out cold reduce sum f_heat\ndump 1 all custom 50 out.dump id f_heat")
+    text = text.replace("group nobody empty", "region cold block INF 0.012 INF INF INF INF\ngroup cold region cold\ngroup rest subtract all cold").replace("fix heat all", "fix heat rest")
+    run = lmp(text + 'run 50\ngroup gone id 1:1000:7\ndelete_atoms group gone compress no\nprint "left: $(c_out:%.17g)"\n', 2).ok()
+    end = run.dump("out.dump")[-1]
+    left = float(next(line for line in run.stdout.splitlines() if line.startswith("left:")).split()[1])
+    assert left == pytest.approx(end["f_heat"][end["id"] % 7 != 1].sum(), rel=1e-6) and abs(left) > 0.1
+
+
+def test_rerun_has_no_time(lmp):
+    """The heat flow of others is taken in runs only."""
+    box = HEAT["box"].replace("block 0 3 0 2 0 2", "block -1 4 -1 3 -1 3").replace("create_atoms 1 box", "region body block 0 2.1 0 1.1 0 1.1\ncreate_atoms 1 region body")
+    run = lmp(scene(**{**HEAT, "box": box, "thermo": thermo(ENTRIES), "move": """fix move all nve
+fix wall all wall/gran granular hooke 1e5 0 tangential linear_nohistory 0 0 heat radius 20 zplane -0.003 NULL temperature 600
+dump 1 all custom 1 path.dump id x y z vx vy vz""", "run": "run 5\nrerun path.dump dump x y z vx vy vz"})).ok()
+    given = run.thermo(0)["f_heat[2]"][-1]
+    assert given > 0.0 and np.all(run.thermo(1)["f_heat[2]"] == given)
+
+
+def test_rows_of_unlike_types(lmp):
+    """Their heat keywords are not used, which is said where they differ."""
+    two = HEAT["box"].replace("create_box 1", "create_box 2") + "\nset atom 1*6 type 2"
+    said = "of the rows of types 1 2 are not used"
+    run = lmp(scene(**{**HEAT, "box": two, "coeff": HEAT["coeff"]})).ok()
+    assert said not in run.stdout
+    run = lmp(scene(**{**HEAT, "box": two, "coeff": HEAT["coeff"] + f"\npair_coeff 1 2 {words(law.TABLE1)} conductivity 500"})).ok()
+    assert run.stdout.count(said) == 1
+
+
+def test_conduction_in_a_plane(lmp):
+    """Fourier's law there too, between the middle planes of the outermost of 13 rows of spheres."""
+    table = lmp(f"""units si
+atom_style sphere
+atom_modify map yes
+dimension 2
+boundary s p p
+lattice sq 0.01
+region bar block 0 12.1 0 6 -0.5 0.5
+create_box 1 bar
+create_atoms 1 region bar
+set group all diameter 0.00999
+set group all density $(2700*0.01^3/(PI/6*0.00999^3))
+neighbor 0.0005 bin
+region left block INF 0.011 INF INF INF INF units box
+region right block 0.109 INF INF INF INF INF units box
+group left region left
+group right region right
+group free subtract all left right
+{PROPERTIES}set group all temperature 293
+set group right temperature 393
+pair_style evp/lj
+pair_coeff * * {words(law.TABLE1)} density 2700 conductivity 237 capacity 900
+fix bonds all evp/bonds
+fix heat free evp/heat every 1
+compute out left reduce sum f_heat
+timestep 0.04
+""" + thermo("c_out") + "thermo 400\nrun 4000\n").ok().thermo()
+    flux = np.diff(table["c_out"])[-1] / (400 * 0.04)
+    assert flux == pytest.approx(237 * 0.06 * 0.01 * 100 / 0.09, rel=0.02)

@@ -55,10 +55,12 @@ TEST(ThermalState, TakesLatentHeatBeforeItIsHotter)
 TEST(ThermalState, BelievesTheTemperatureThatOthersHaveSet)
 {
   ThermalState sphere = {300.0, 1e5};    // was melting, and is cold now
+  sphere.settle(metal(4e5), 1.0);
   sphere.take(900.0, metal(4e5), 1.0);
   EXPECT_DOUBLE_EQ(sphere.temperature, 301.0);
   EXPECT_EQ(sphere.latent, 0.0);
   sphere = {900.0, 0.0};
+  sphere.settle(metal(4e5), 1.0);
   sphere.take(-900.0 * 100.0 - 1e5, metal(4e5), 1.0);
   EXPECT_DOUBLE_EQ(sphere.temperature, 800.0);
   EXPECT_DOUBLE_EQ(sphere.latent, 3e5);
@@ -71,5 +73,6 @@ TEST(Conductance, IsThatOfTheSeries)
   EXPECT_DOUBLE_EQ(EVP::conductance(2.0, 6.0, 3.0, 5.0, 4.0, 1.0), 6.0);
   EXPECT_EQ(EVP::conductance(2.0, 0.0, 3.0, 5.0, 4.0, 1.0), 0.0);
   EXPECT_DOUBLE_EQ(EVP::conductance(2.0, 2.0, 3.0, 5.0, 1e-9, 1.0), 64.0);
-  EXPECT_EQ(EVP::conducting_share(1.0, 0.0), 0.0);
+  EXPECT_EQ(EVP::conducting_share(3, 1.0, 0.0), 0.0);
+  EXPECT_DOUBLE_EQ(EVP::conducting_share(2, 5.0, 4.0), 2.5);
 }
