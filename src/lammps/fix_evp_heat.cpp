@@ -8,6 +8,8 @@
 #include "user_input.h"
 
 #include "comm.h"
+#include "neigh_list.h"
+#include "pair.h"
 
 #include <algorithm>
 #include <cmath>
@@ -101,6 +103,7 @@ void FixEVPHeat::init()
   for (const Fix *other : modify->get_fix_list())
     if (utils::strmatch(other->style, "^heat/flow")) others_groupbits |= other->groupbit;
   check_atoms();
+  find_friction();
   damping_time = 0.0;
   stepping = false;
   is_packed = false;    // a run brings home what it has added; ghosts may be others since
@@ -197,6 +200,7 @@ void FixEVPHeat::end_of_step()
 {
   damping_time = 0.0;
   if (!std::exchange(stepping, false)) return;
+  for (Pair *const pair : granular) add_friction(pair);
   const int nlocal = atom->nlocal;
   double *const heatflow = atom->heatflow;
   if (others_pairs && !others_groupbits) {
@@ -210,6 +214,42 @@ void FixEVPHeat::end_of_step()
     const double energy = update->dt * heatflow[i];
     records[i].waiting += energy;
     account[OF_OTHERS] += energy;
+  }
+}
+
+// Of granular styles the heat of their tangential forces is known where single() tells of these
+void FixEVPHeat::find_friction()
+{
+  granular.clear();
+  for (int n = 1; Pair *const pair = force->pair_match("^gran", 0, n); n++) {
+    if (!granular.empty() && pair == granular.back()) break;    // the only one, whatever n
+    if (pair->single_enable && pair->single_extra >= 3) granular.push_back(pair);
+  }
+}
+
+// What tangential forces take in a step from spheres that touch, whose points of contact move past each other
+void FixEVPHeat::add_friction(Pair *pair)
+{
+  const NeighList *const neighbors = pair->list;
+  const int *const type = atom->type;
+  for (int ii = 0; ii < neighbors->inum; ii++) {
+    const int i = neighbors->ilist[ii];
+    for (int jj = 0; jj < neighbors->numneigh[i]; jj++) {
+      const int j = neighbors->firstneigh[i][jj] & NEIGHMASK;
+      const PairGeometry g(scene::rows(atom->x), i, j);
+      const double sum_radii = atom->radius[i] + atom->radius[j];
+      if (!(g.dsq < sum_radii * sum_radii)) continue;
+      double normal;
+      pair->single(i, j, type[i], type[j], g.dsq, 1.0, 1.0, normal);
+      const Vector along = g * (1.0 / std::sqrt(g.dsq)), friction(pair->svector);
+      const Vector spin = Vector(atom->omega[i]) * atom->radius[i] +
+          Vector(atom->omega[j]) * atom->radius[j];
+      const Vector turning(spin.y * along.z - spin.z * along.y, spin.z * along.x - spin.x * along.z,
+                           spin.x * along.y - spin.y * along.x);
+      const Vector past = Vector(atom->v[i]) - Vector(atom->v[j]) - turning;
+      add(i, j, j < atom->nlocal || force->newton_pair,
+          -update->dt * dot(friction, past - along * dot(past, along)));
+    }
   }
 }
 

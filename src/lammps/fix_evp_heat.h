@@ -95,6 +95,7 @@ class FixEVPHeat :
   EVP::PairData *pair_data = nullptr;
   std::vector<EVP::Row> rows;    // by type
   bool begun = false;            // softening follows temperatures
+  std::vector<Pair *> granular;    // pair styles that tell of their friction, see add_friction()
   bool others_pairs = false;     // may a pair style add to heatflow, of ghosts too?
   int others_groupbits = 0;      // of fixes heat/flow
 
@@ -118,6 +119,8 @@ class FixEVPHeat :
   }
   bool is_free(int i) const { return atom->mask[i] & groupbit; }
   void check_atoms() const;
+  void find_friction();
+  void add_friction(Pair *);
   void report_unlike_types();
   void find_links(const EVP::PairLists &);
   template <class F> void sum_flows(F &&difference);

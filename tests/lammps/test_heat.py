@@ -9,7 +9,7 @@ from evp import law
 from flowing import largest_difference, read_pairs
 from heated import ACCOUNT, ENTRIES, JOIN, LAST, PROPERTIES, ROW, SOFTEN, TMELT, TREF, assert_closes, last, sheared
 from hostile import PARTS, refused, scene
-from lammps_run import REFERENCE, run_lammps
+from lammps_run import REFERENCE, run_lammps, write_data
 from small_bodies import dump, head, thermo, words
 
 CONDUCTION = json.loads(REFERENCE.with_name("specimen_500_heat.json").read_text(encoding="utf-8"))["conduction"]
@@ -214,6 +214,43 @@ compute sum all reduce sum c_flow""", step="timestep 1e-5", thermo=thermo(f"c_hi
     table = run.thermo()
     assert table["f_heat[2]"][-1] == pytest.approx(1e-5 * np.sum(table["c_sum"][1:]), rel=1e-9) and table["f_heat[2]"][-1] > 0.0
     assert np.abs(table["f_heat"]).max() <= 1e-9 * table["f_heat[2]"][-1] and table["c_high"][-1] > 300.0
+
+
+SLIDING = """fix properties all property/atom temperature heatflow ghost yes
+set group all temperature 300
+pair_style hybrid evp/lj gran/hooke{history} 1e6 NULL 0 1e{damping} 0.4 1
+pair_coeff * * evp/lj {words} density 2700 conductivity 100 capacity 900
+pair_coeff 1 2 gran/hooke{history}
+fix bonds all evp/bonds
+group slides id 2
+group rests id 1
+fix slides slides move linear 2.0 0 0
+fix rests rests move rotate -1e-4 0 0 0 1 0 {period}
+fix heat all evp/heat every 10
+timestep 1e-7
+thermo 100
+"""
+
+
+@pytest.mark.parametrize("history", ["", "/history"])
+@pytest.mark.parametrize("newton, ranks", [("on", 1), ("on", 2), ("off", 2)])
+def test_heat_of_friction(lmp, tmp_path, history, newton, ranks):
+    """A sphere slides on another one that turns below it, by a stock granular style: the heat is mu N times the way at the contact, half to each."""
+    write_data(tmp_path / "body.data", np.array([[-1e-4, 0.0, 0.0], [0.0, 0.0, 0.00999]]), [0.005] * 2, [[-0.05, 0.05]] * 3, [1, 2])
+    turns = 300.0  # [rad/s]
+    text = head(newton, "p p p", skin=0.001, before="comm_modify vel yes") + SLIDING.format(words=words(law.TABLE1), history=history, period=2.0 * np.pi / turns, damping=7)
+    text = text.replace("read_data body.data", "read_data body.data\nset atom 1 omega 0 300 0")
+    run = lmp(text + thermo(ENTRIES) + "compute T all property/atom temperature\n" + dump("end.dump", 1000, "c_T") + "run 1000\nrun 0\n", ranks).ok()
+    t = np.linspace(0.0, 1e-4, 2001)
+    x = 1e-4 + 2.0 * t
+    d = np.hypot(x, 0.00999)
+    slips = 2.0 * 0.00999 / d - 300.0 * 0.005  # of the points of contact, along the tangent
+    power = 0.4 * 1e6 * (0.01 - d) * np.abs(slips)
+    heat = np.sum(0.5 * (power[1:] + power[:-1]) * np.diff(t))
+    table = run.thermo(0)
+    assert table["f_heat[1]"][-1] == pytest.approx(heat, rel=0.02) and heat > 1e-5
+    end = run.dump("end.dump")[-1]["c_T"] - 300.0
+    assert end[0] == pytest.approx(end[1], rel=1e-6) and end[0] > 0.0
 
 
 HEAT = {"box": PARTS["box"] + f"\n{PROPERTIES}set group all temperature 300", "coeff": PARTS["coeff"] + " density 2700 conductivity 100 capacity 900",
