@@ -171,12 +171,21 @@ class Dampers {
   double power(bool after) const
   {
     double sum = 0.0;
-    for (int k = 0; k < count(); k++) {
-      const double rate = -last_force[dampers[k].pair];
-      const double mean = 0.5 * (rate_now[k] + (after ? rate : rate_before[k]));
-      sum += share(dampers[k]) * rate * mean;
-    }
+    for_each_power(after, [&](int, const Damper &damper, double taken) {
+      sum += share(damper) * taken;
+    });
     return sum;
+  }
+
+  /// Calls f(i, damper, that power of it) for all.
+  template <class F> void for_each_power(bool after, F &&f) const
+  {
+    for (const PackedRow &row : rows)
+      for (int k = row.first; k < row.last; k++) {
+        const double rate = -last_force[dampers[k].pair];
+        const double mean = 0.5 * (rate_now[k] + (after ? rate : rate_before[k]));
+        f(row.i, dampers[k], rate * mean);
+      }
   }
 
   double memory_usage() const

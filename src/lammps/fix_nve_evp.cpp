@@ -68,7 +68,7 @@ void FixNVEEVP::init()
   positions_known = false;
   if (path && !keeps_records()) keep_records();
   heat = scene::find_shared<Heat>(modify, "evp/heat", "heat");
-  balance_wanted = scene::find_fix(modify, "evp/energy") != nullptr;
+  balance_wanted = scene::find_fix(modify, "evp/energy") || heat.lock();
   rotation_warned = false;
   solver.forget();
   dampers.forget();    // another pair style may have come to the same count of builds
@@ -144,7 +144,7 @@ void FixNVEEVP::initial_integrate(int /*vflag*/)
     for (size_t k = 0; k < applied.size(); k++) atom->f[0][k] -= applied[k];
     solve_and_apply(0.5 * update->dt);
   }
-  kick();
+  kick(true);
   for (int i = 0; i < atom->nlocal; i++)
     if (in_group(i))
       for (int c = 0; c < 3; c++) atom->x[i][c] += update->dt * atom->v[i][c];
@@ -158,7 +158,7 @@ void FixNVEEVP::final_integrate()
   solve_and_apply(update->dt);
   if (balance_wanted) dampers.find_mean_rates();
   remember_positions();
-  kick();
+  kick(false);
 }
 
 // At the force evaluation, and the bodies that they connect where the list is new.
@@ -260,7 +260,8 @@ void FixNVEEVP::warn_of_rotation()
       who, LARGEST_ROTATION, angle, update->ntimestep, update->dt * LARGEST_ROTATION / angle);
 }
 
-void FixNVEEVP::kick()
+// after: the half step after the forces, or before
+void FixNVEEVP::kick(bool after)
 {
   const double half = 0.5 * update->dt;
   for (int i = 0; i < atom->nlocal; i++)
@@ -270,8 +271,8 @@ void FixNVEEVP::kick()
     }
   const auto of_fix = heat.lock();
   if (!of_fix || applied.empty()) return;
-  dampers.for_each([&](int i, const Dampers::Damper &damper, double along) {
-    of_fix->add(i, damper.j, dampers.takes_reaction(damper), half * along * along);
+  dampers.for_each_power(after, [&](int i, const Dampers::Damper &damper, double power) {
+    of_fix->add(i, damper.j, dampers.takes_reaction(damper), half * power);
   });
 }
 

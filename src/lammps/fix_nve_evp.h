@@ -80,9 +80,9 @@ class FixNVEEVP : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, std::array<
   EVP::PairData *pair_data = nullptr;
   int others_groupbits = 0;               // groups of the other fixes that move atoms by forces
   std::vector<const Fix *> null_moves;    // those of style move with a component NULL
-  bool forces_follow = false;         // fixes defined later add forces, at set-up after its solve
+  bool forces_follow = false;       // fixes defined later add forces, at set-up after its solve
   std::weak_ptr<EVP::Heat> heat;    // of fix evp/heat, which may go between runs
-  bool balance_wanted = false;        // a fix evp/energy asks for the power of the dampers
+  bool balance_wanted = false;    // fixes evp/energy and evp/heat ask for the power of the dampers
   bool rotation_warned = false;
   bool positions_known = false;    // the records are those of the last solve
 
@@ -108,7 +108,7 @@ class FixNVEEVP : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, std::array<
   void remember_positions();
   template <class F> void for_each_mean_velocity(double dt, F &&f) const;
   void warn_of_rotation();
-  void kick();
+  void kick(bool after);
   void solve_and_apply(double h);
   void tally_virial();
 };
