@@ -19,6 +19,7 @@ using namespace LAMMPS_NS;
 using namespace EVP;
 
 static constexpr double RESTART_FORMAT = 2007;    // first word of our section in restart files
+static constexpr int MOST_UNSEEN = 50;            // times that heat is handed out near the limit
 
 // fix ID group evp/heat [every 100] [taylor 0.9]
 FixEVPHeat::FixEVPHeat(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp, narg, arg)
@@ -104,7 +105,7 @@ void FixEVPHeat::init()
     if (utils::strmatch(other->style, "^heat/flow")) others_groupbits |= other->groupbit;
   check_atoms();
   find_friction();
-  damping_time = 0.0;
+  damping_time = bound_seen = 0.0;
   stepping = false;
   is_packed = false;    // a run brings home what it has added; ghosts may be others since
   generated.clear();
@@ -177,13 +178,15 @@ void FixEVPHeat::setup(int /*vflag*/)
   for (int i = 0; i < atom->nlocal; i++) through[i] = records[i].out;
   if (update->whichflag != 1) return;
   find_links(pair_data->packed_pairs());
-  most_checked = highest_sum();
-  limit = largest_stable_step();
-  const std::string line = fmt::format(
-      "fix evp/heat {}: largest stable thermal step {:.6g}, every {} steps of {:.6g}: {:.6g}\n", id,
-      limit, every, update->dt, every * update->dt);
-  if (line != std::exchange(last_report, line) && comm->me == 0) utils::logmesg(lmp, line);
-  if (scene::makes_steps(lmp)) check_step(every * update->dt);
+  const double step = every * update->dt;
+  const bool is_near = step * eigenvalue_bound() > 2.0, is_first = !std::exchange(limit_told, true);
+  if (is_near || is_first) find_limit();
+  if (is_first && comm->me == 0)
+    utils::logmesg(lmp,
+                   "fix evp/heat {}: largest stable thermal step {:.6g}, every {} steps of {:.6g}: "
+                   "{:.6g}\n",
+                   id, limit, every, update->dt, step);
+  if (is_near && scene::makes_steps(lmp)) check_step(step);
 }
 
 // heat flow is that of one step: LAMMPS' styles add to it
@@ -242,8 +245,8 @@ void FixEVPHeat::add_friction(Pair *pair)
       double normal;
       pair->single(i, j, type[i], type[j], g.dsq, 1.0, 1.0, normal);
       const Vector along = g * (1.0 / std::sqrt(g.dsq)), friction(pair->svector);
-      const Vector spin = Vector(atom->omega[i]) * atom->radius[i] +
-          Vector(atom->omega[j]) * atom->radius[j];
+      const Vector spin =
+          Vector(atom->omega[i]) * atom->radius[i] + Vector(atom->omega[j]) * atom->radius[j];
       const Vector turning(spin.y * along.z - spin.z * along.y, spin.z * along.x - spin.x * along.z,
                            spin.x * along.y - spin.y * along.x);
       const Vector past = Vector(atom->v[i]) - Vector(atom->v[j]) - turning;
@@ -335,19 +338,24 @@ template <class F> void FixEVPHeat::sum_flows(F &&difference)
   reverse_comm(flow);
 }
 
-// Collective. No eigenvalue of C^-1 G is larger than twice this
-double FixEVPHeat::highest_sum()
+// Collective. No eigenvalue of C^-1 G is larger: the largest sum of absolute values in a row of W B^T C^-1 B, which has the
+// same, B being the bonds by atoms and W their conductances
+double FixEVPHeat::eigenvalue_bound()
 {
+  Values sums((size_t) 2 * inverse_capacity.size(), 0.0);
   sum_flows([](int, int) {
     return 1.0;
   });
+  for (int i = 0; i < atom->nlocal; i++) sums[(size_t) 2 * i] = flow[i] * inverse_capacity[i];
+  forward_comm(sums);
   double most = 0.0;
-  for (int i = 0; i < atom->nlocal; i++) most = std::max(most, flow[i] * inverse_capacity[i]);
+  for (const Link &link : links)
+    most = std::max(most, sums[(size_t) 2 * link.i] + sums[(size_t) 2 * link.j]);
   return reduce_all(most, MPI_MAX, world);
 }
 
-// Collective. 2/lambda_max of C^-1/2 G C^-1/2 [time], of the links found last
-double FixEVPHeat::largest_stable_step()
+// Collective. 2/lambda_max of C^-1/2 G C^-1/2, of the links found last
+void FixEVPHeat::find_limit()
 {
   constexpr double TOLERANCE = 1e-8;
   constexpr int MOST = 1000;
@@ -370,7 +378,8 @@ double FixEVPHeat::largest_stable_step()
     return sum(here);
   };
   const double highest = largest_eigenvalue(start, apply, dot, TOLERANCE, MOST).eigenvalue;
-  return highest > 0.0 ? 2.0 / highest : HUGE_VAL;
+  limit = highest > 0.0 ? 2.0 / highest : HUGE_VAL;
+  limit_step = update->ntimestep;
 }
 
 void FixEVPHeat::check_step(double step)
@@ -390,16 +399,18 @@ void FixEVPHeat::hand_out(const PairLists &lists)
   const double time = std::exchange(elapsed, 0.0);
   bring_home();
   find_links(lists);
-  // the eigenvalue itself only where its bound does not do, and has grown since
-  if (const double most = highest_sum(); time * most > 1.0 && most > 1.001 * most_checked) {
-    most_checked = most;
-    limit = largest_stable_step();
+  if (const double bound = eigenvalue_bound(); time * bound > 2.0) {    // mostly it is far below
+    // another eigenvalue may grow beneath the bound of the largest one
+    if (bound > bound_seen || ++unseen >= MOST_UNSEEN) {
+      bound_seen = std::max(bound, bound_seen);
+      unseen = 0;
+      find_limit();
+    }
+    check_step(time);
   }
-  if (time * most_checked > 1.0) check_step(time);
   sum_flows([this](int i, int j) {
     return shared[(size_t) 2 * j + 1] - shared[(size_t) 2 * i + 1];
   });
-  bool all_finite = true;
   for (int i = 0; i < atom->nlocal; i++) {
     const double energy = time * flow[i] + std::exchange(records[i].waiting, 0.0);
     if (!is_free(i)) {
@@ -418,11 +429,13 @@ void FixEVPHeat::hand_out(const PairLists &lists)
         mass * row.capacity * (now.temperature - before.temperature) + now.latent - before.latent;
     atom->temperature[i] = shared[(size_t) 2 * i + 1] = now.temperature;
     records[i].latent = now.latent;
-    all_finite = all_finite && std::isfinite(now.temperature);
+    if (!(now.temperature >= 0.0 && std::isfinite(now.temperature)))
+      error->one(
+          FLERR,
+          "{}: the temperature of atom {} is {:.6g} at step {}: more heat flows out of it by "
+          "other styles than it has, or forces are not finite",
+          who, atom->tag[i], now.temperature, update->ntimestep);
   }
-  if (!all_finite)
-    error->one(FLERR, "{}: non-finite temperatures (NaN or Inf) at step {}", who,
-               update->ntimestep);
   if (!others_pairs) return;
   forward_comm(shared);
   for (int i = atom->nlocal; i < lists.nall; i++) atom->temperature[i] = shared[(size_t) 2 * i + 1];
@@ -445,7 +458,14 @@ double FixEVPHeat::compute_scalar()
 double FixEVPHeat::compute_vector(int n)
 {
   if (n < NACCOUNTS) return all_accounts()[n];
-  if (n > NACCOUNTS) return limit;
+  if (n > NACCOUNTS) {
+    if (limit_step != update->ntimestep && update->whichflag == 1 &&
+        on_all(pair_data->is_packed(), world)) {
+      find_links(pair_data->packed_pairs());
+      find_limit();
+    }
+    return limit;
+  }
   double highest = 0.0;
   for (int i = 0; i < atom->nlocal; i++)
     if (is_free(i)) highest = std::max(highest, atom->temperature[i]);

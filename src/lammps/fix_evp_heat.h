@@ -93,11 +93,11 @@ class FixEVPHeat :
   std::shared_ptr<EVP::Heat> shown{this, [](auto *) {
                                    }};    // for the pairs, gone with the fix
   EVP::PairData *pair_data = nullptr;
-  std::vector<EVP::Row> rows;    // by type
-  bool begun = false;            // softening follows temperatures
+  std::vector<EVP::Row> rows;      // by type
+  bool begun = false;              // softening follows temperatures
   std::vector<Pair *> granular;    // pair styles that tell of their friction, see add_friction()
-  bool others_pairs = false;     // may a pair style add to heatflow, of ghosts too?
-  int others_groupbits = 0;      // of fixes heat/flow
+  bool others_pairs = false;       // may a pair style add to heatflow, of ghosts too?
+  int others_groupbits = 0;        // of fixes heat/flow
 
   double elapsed = 0.0;                       // since heat was handed out last [time]
   double damping_time = 0.0;                  // see take_damping_time()
@@ -108,10 +108,13 @@ class FixEVPHeat :
   std::vector<Link> links;
   Values shared, flow;        // conducting share and temperature; what flows to each [energy/time]
   Values inverse_capacity;    // of atoms and ghosts, 0 where the temperature is held
-  double limit = 0.0,
-         most_checked = 0.0;      // largest stable thermal step, and the sum that it was found at
+  double limit = 0.0;         // largest stable thermal step [time]
+  double bound_seen = 0.0;    // bound of the eigenvalue that it was found at, in this run
+  int unseen = 0;             // times that heat was handed out near the limit since
+  bigint limit_step = -1;     // step that it was found at
   std::vector<double> through;    // of the records, what went out at each atom
-  std::string last_report, last_unlike;
+  bool limit_told = false;
+  std::string last_unlike;
 
   double softening_now(int i) const
   {
@@ -124,8 +127,8 @@ class FixEVPHeat :
   void report_unlike_types();
   void find_links(const EVP::PairLists &);
   template <class F> void sum_flows(F &&difference);
-  double highest_sum();
-  double largest_stable_step();
+  double eigenvalue_bound();
+  void find_limit();
   void check_step(double step);
   std::array<double, NACCOUNTS> all_accounts();
 };

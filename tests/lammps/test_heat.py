@@ -71,6 +71,25 @@ def test_largest_stable_step(lmp):
     refused(lmp(specimen("on", "all", WAVE, 0.204 * limit).replace("every 1", "every 5") + "run 30\n", 2), "use 'every 4' or less")
 
 
+def test_a_pair_that_comes_nearer(lmp, tmp_path):
+    """Two free spheres, whose bond conducts twice as much when they are near, beside a bond with a held one that conducts more from the beginning."""
+    write_data(tmp_path / "body.data", np.array([[0.0, 0, 0], [0.01, 0, 0], [0.0, 0.04, 0], [0.0145, 0.04, 0]]), [0.005] * 4, [[-0.1, 0.1]] * 3)
+    text = head(skin=0.002) + PROPERTIES + f"""set group all temperature 300
+set atom 3 temperature 301
+pair_style evp/lj contact none
+pair_coeff * * {words(law.TABLE1)} density 2700 conductivity 100 capacity 900
+fix bonds all evp/bonds
+group moves id 4
+group warms id 1 3 4
+fix near moves move linear -0.04 0 0
+fix heat warms evp/heat every 1
+timestep 1e-4
+""" + thermo(ENTRIES)
+    limit = lmp(text + "run 0\n").ok().thermo()["f_heat[7]"][0]
+    text = text.replace("linear -0.04", f"linear {-0.0045 / (200.0 * 0.95 * limit):.6g}").replace("timestep 1e-4", f"timestep {0.95 * limit:.9g}")
+    refused(lmp(text + "thermo 50\nrun 200\n"), "above the largest stable thermal step", "use a smaller timestep", stepped=True)
+
+
 def test_a_step_that_grows_too_long(lmp):
     """In the run, as the timestep grows."""
     text = specimen("on", "all", WAVE, 0.5 * CONDUCTION["thermal_step_limit_all_free_s"], "variable dt equal 0.01*step\n")
@@ -149,7 +168,8 @@ def test_of_the_implicit_damping(lmp):
 
 def test_of_implicit_damping_that_stops_motion_in_a_step(lmp):
     """What the spheres have lost, not the damping force at the end of the step squared."""
-    run = lmp(scene(**{**HEAT, "box": WIDE, "coeff": HEAT["coeff"].replace("0.005 0 1.5", "0.005 1e5 1.5"), "fix": f"{HEAT['fix']} every 7", "move": "fix energy all evp/energy\nfix move all nve/evp\nvelocity all create 1e22 4711",
+    run = lmp(scene(**{**HEAT, "box": WIDE, "coeff": HEAT["coeff"].replace("0.005 0 1.5", "0.005 1e5 1.5"), "fix": f"{HEAT['fix']} every 7",
+                       "move": "fix energy all evp/energy\nfix move all nve/evp\nvelocity all create 1e22 4711",
                        "step": "timestep 1e-6", "thermo": thermo(f"ke f_energy f_energy[6] {ENTRIES}"), "run": "thermo 50\nrun 200\n" + LAST}), 2).ok()
     table = run.thermo()
     assert last(run)[1] == pytest.approx(table["f_energy[6]"][-1], rel=1e-3) and table["f_energy[6]"][-1] > 0.1 * table["KinEng"][0] > 0.0
@@ -262,7 +282,6 @@ def test_heat_of_friction(lmp, tmp_path, history, newton, ranks):
     assert table["f_heat[1]"][-1] == pytest.approx(heat, rel=0.02) and heat > 1e-5
     end = run.dump("end.dump")[-1]["c_T"] - 300.0
     assert end[0] == pytest.approx(end[1], rel=1e-6) and end[0] > 0.0
-
 
 
 @pytest.mark.parametrize("parts, texts", [
