@@ -191,6 +191,25 @@ def weld(_, text):
     return [Number("", found[0] / found[1], 0.0), Number("", found[2] / found[3]), Number("", found[4] / found[5]), Number("", found[6] / found[7])]
 
 
+def slab(folder, text):
+    """Flux of one and of two materials, the transient, and the temperature where the two meet."""
+    found = [[float(value) for value in one] for one in re.findall(r"^in.slab: flux (\S+) at the left and \S+ at the right end of that of Fourier, (\S+) W; in the middle (\S+) K, "
+                                                                   r"by Fourier (\S+) K", text, re.M)]
+    rms = curves.read_columns(folder / "early.csv", ("rms",))["rms"][-1]
+    _, (share, flux, _, _), (share_two, flux_two, middle, by_law) = found
+    return [Number("W", share * flux, flux), Number("%", 100.0 * rms, 0.0), Number("W", share_two * flux_two, flux_two), Number("K", middle, by_law)]
+
+
+def adiabatic(folder, _):
+    """Temperatures beside those by hand, stress and energies."""
+    start, names = 298.0, ("strain", "shear_stress", "temperature", "temperature_highest", "temperature_by_hand", "plastic_work", "energy_imbalance")
+    curve = curves.read_columns(folder / "heated.csv", names)
+    at_half, stress = {name: float(np.interp(0.5, curve["strain"], curve[name])) for name in names}, curve["shear_stress"] / 1e6
+    rises = [Number("K", at["temperature"] - start, at["temperature_by_hand"] - start) for at in (at_half, {name: curve[name][-1] for name in names})]
+    return [*rises, Number("K", curve["temperature_highest"][-1]), Number("MPa", stress.max()), Number("MPa", stress[-1]),
+            Number("%", 100.0 * curve["energy_imbalance"][-1] / curve["plastic_work"][-1], 0.0)]
+
+
 SCENES = {  # picture on the page: its numbers, of (folder, printed text)
     "force_law.png": two_spheres,
     "traction.png": pull,
@@ -204,6 +223,8 @@ SCENES = {  # picture on the page: its numbers, of (folder, printed text)
     "vbend.png": vbend,
     "weld.png": weld,
     "shear.png": shear,
+    "slab.png": slab,
+    "adiabatic.png": adiabatic,
     "notched.png": notched,
     "impact.png": impact,
     "sliding.png": sliding,

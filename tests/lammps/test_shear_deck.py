@@ -11,7 +11,7 @@ from evp import specimen
 from evp.curves import read_columns
 from flowing import largest_difference, read_pairs
 from hostile import refused
-from lammps_run import DECKS, REFERENCE, read_csv, read_dump, run_lammps
+from lammps_run import DECKS, REFERENCE, edited_deck, read_csv, read_dump, run_lammps
 from scipy.spatial import cKDTree
 
 COUNT, EDGE = 500, 0.04
@@ -114,9 +114,9 @@ def test_distance_of_join(packed, tmp_path):
 def test_rows_hold_the_strain_that_the_forces_saw(packed, tmp_path):
     """A row of one sample: its stress is on the line through the origin of the strain that it holds. Off by one of its timesteps it would not be."""
     choices = {"coeff": "80 8 4 3 8 4 0.5 0 1.5", "rate": 50, "row": 1e-5, "strain": 2e-4}
-    text = (DECKS / "in.shear").read_text(encoding="utf-8").replace("fix             rows all ave/time ${each} $(v_every/v_each) ${every}", "fix rows all ave/time ${every} 1 ${every}")
+    deck = edited_deck("in.shear", tmp_path, "fix             rows all ave/time ${each} $(v_every/v_each) ${every}", "fix rows all ave/time ${every} 1 ${every}")
     (tmp_path / "box.lmp").write_text(TILT)
-    curve, found = run(packed, tmp_path, deck=text, also="box.lmp", **choices)
+    curve, found = run(packed, tmp_path, deck=deck, also="box.lmp", **choices)
     before, end = tilts(tmp_path)
     assert curve["strain"][-1] == pytest.approx(before, rel=1e-6) and end > before, "the box one step before the end"
 
@@ -129,7 +129,8 @@ def test_flip_changes_nothing(packed, tmp_path):
     start below the limit to the end."""
     found, written = {}, {}
     for flip, ranks, tilt in (("yes", 2, -0.4), ("no", 1, 0.6)):
-        deck = (DECKS / "in.shear").read_text(encoding="utf-8").replace("flip yes", f"flip {flip}") + "write_evp_bonds end.bonds\n"
+        deck = edited_deck("in.shear", tmp_path, "flip yes", f"flip {flip}")
+        deck.write_text(deck.read_text(encoding="utf-8") + "write_evp_bonds end.bonds\n", encoding="utf-8")
         (tmp_path / "box.lmp").write_text(large_strain.ALSO + TILT + "thermo_style custom step c_dt\n")
         curve, output = run(packed, tmp_path, ranks, deck, also="box.lmp", **FAST)
         assert tilts(tmp_path)[-1] == pytest.approx(tilt, abs=1e-5)
