@@ -91,7 +91,7 @@ FAULTS = {
     "NO_WORK_OF_BOX": Fault("remap v: no work of the box by implicit damping", ["sheared box"],
                             "lammps/fix_nve_evp.cpp", "if (image_velocities.empty()) return sum;", "return sum;"),
     "HALF_DISSIPATION": Fault("half of the dissipation of implicit damping in the energy balance", ["off centre impact"],
-                              "core/dampers.h", "sum += share(dampers[k])", "sum += 0.5 * share(dampers[k])"),
+                              "core/dampers.h", "sum += share(damper) * taken", "sum += 0.5 * share(damper) * taken"),
     "KINETIC_SHORT": Fault("kinetic energy short by a fifth in the energy balance", ["shaken far beyond xi s"],
                            "lammps/fix_evp_energy.cpp", "return kinetic;", "return 0.8 * kinetic;"),
     "NO_NEW_CONTACTS": Fault("new contacts not in the energy balance", ["head on impact: 1", "head on impact: 30"],
