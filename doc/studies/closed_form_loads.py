@@ -73,8 +73,9 @@ def trend(results, member):
 
 
 def needed(limit, slope):
-    """From which N on the line is within 5 %, in words."""
-    return "does not come" if limit <= 1.0 - WITHIN else f"is, from about {round((slope / (1.0 - WITHIN - limit)) ** 3, -3):.0f} spheres on,"
+    """From which N on the line is within WITHIN, in words."""
+    within = f"within {100 * WITHIN:.0f} %"
+    return f"does not come {within}" if limit <= 1.0 - WITHIN else f"is {within} from about {round((slope / (1.0 - WITHIN - limit)) ** 3, -3):.0f} spheres on"
 
 
 def page(results):
@@ -91,7 +92,7 @@ def page(results):
     rows.append(["fitted line", lines["torsion"], lines["torsion_bonds"], "", lines["bending"], lines["bending_bonds"], ""])
     at_most = {kind: statistics.mean(getattr(found, kind) for found in results[max(results)]) for kind in ("torsion", "bending", "nu")}
     header = ("N", "torsion, measured", "torsion, of the bonds", "measured/bonds", "bending, measured", "bending, of the bonds", "measured/bonds")
-    return {"table": (header, rows), "most": max(results), "within": f"{100 * WITHIN:.0f}", "enoughtorsion": needed(*ends["torsion"]), "enoughbending": needed(*ends["bending"]),
+    return {"table": (header, rows), "most": max(results), "enoughtorsion": needed(*ends["torsion"]), "enoughbending": needed(*ends["bending"]),
             "bynu": f"{100.0 * (1.0 - (1.0 + loads.NU) / (1.0 + at_most['nu'])):.1f}", **{kind: f"{value:.3f}" for kind, value in at_most.items()},
             "bar": " x ".join(f"{BAR[key]:g}" for key in ("length", "width", "height")), "span": f"{SPAN:g}", "kappa": f"{loads.KAPPA:.3f}", "strain": f"{STRAIN:g}",
             "length": ROUND["length"], "radius": ROUND["radius"]}
