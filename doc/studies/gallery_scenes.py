@@ -210,6 +210,16 @@ def adiabatic(folder, _):
             Number("%", 100.0 * curve["energy_imbalance"][-1] / curve["plastic_work"][-1], 0.0)]
 
 
+def stir(folder, _):
+    """Torque of the pin, cold and hot, what follows it, and temperatures."""
+    names = ("turns", "torque_pin", "follow_first", "temperature_highest", "temperature_near", "energy_imbalance", "heat_imbalance")
+    curve = curves.read_columns(folder / "stir.csv", names)
+    hot = curve["turns"] > curve["turns"][-1] - 0.5
+    torque = np.abs(curve["torque_pin"])
+    return [Number("N m", torque.max()), Number("", torque[hot].mean() / torque.max()), Number("", curve["follow_first"][hot].mean(), 1.0),
+            Number("K", curve["temperature_highest"].max(), 775.0), Number("", curve["temperature_near"][-1] / 775.0)]
+
+
 SCENES = {  # picture on the page: its numbers, of (folder, printed text)
     "force_law.png": two_spheres,
     "traction.png": pull,
@@ -225,6 +235,7 @@ SCENES = {  # picture on the page: its numbers, of (folder, printed text)
     "shear.png": shear,
     "slab.png": slab,
     "adiabatic.png": adiabatic,
+    "stir.png": stir,
     "notched.png": notched,
     "impact.png": impact,
     "sliding.png": sliding,
