@@ -11,8 +11,8 @@
   calibrate.py ... --heat "conductivity 121 capacity 875 soften 298 775 1"    keywords for fix evp/heat; with --johnson-cook A B n C m: soften 298 775
   calibrate.py ... --body bar.data                           for this body instead of a cylinder of 2000 spheres: in it the row meets the targets
 
-Flow curves are rate-independent, at the reference temperature; without units Pa. Johnson-Cook: A + B p^n of the plastic strain p; m is the exponent of
-softening in --heat, and C in no row, whose rates are those of --rate. A table begins at plastic strain 0, is
+Flow curves are rate-independent, at the reference temperature; without units Pa. Johnson-Cook: A + B p^n of the plastic strain p; C and m are those
+of rate RATE0 and of soften TREF TMELT in --heat. A table begins at plastic strain 0, is
 straight between its rows and goes on with its last slope; so does a curve, from its largest nominal stress on. A measured curve is one loading from
 rest on, nominal unless --true; where strains repeat or fall, or the stress has noise, consecutive rows are averaged, and it prints how many
 points are left and the noise. --yield is the 0.2 % offset yield stress, --stress a stress at a strain beyond it, both nominal; negative strains
@@ -43,7 +43,7 @@ from evp.report import command_line, errors_in_one_line, positive, print_table, 
 from evp.run import lammps_command
 from evp.run_table import Table
 
-HEAT = {"conductivity": (1, 1), "capacity": (1, 1), "soften": (2, 4), "melt": (1, 1)}  # keywords: fewest and most numbers
+HEAT = {"conductivity": (1, 1), "capacity": (1, 1), "soften": (2, 4), "melt": (1, 1), "rate": (1, 2)}  # keywords: fewest and most numbers
 
 
 def parser():
@@ -64,7 +64,7 @@ def parser():
     top.add_argument("--rate", type=value_at, action="append", default=[], metavar="OVERSTRESS@RATE",
                      help="stress above the rate-independent one [Pa] at a strain rate [1/s]")
     top.add_argument("--heat", type=heat_of, default={}, metavar="KEYWORDS",
-                     help="keywords of the row for fix evp/heat: conductivity K capacity CP [soften TREF TMELT [M [FLOOR]]] [melt L]")
+                     help="keywords of the row for fix evp/heat: conductivity K capacity CP [soften TREF TMELT [M [FLOOR]]] [melt L] [rate [C] RATE0]")
     top.add_argument("--density", type=positive, required=True, help="of the solid [kg/m3]")
     top.add_argument("--name", required=True, help="of the row")
     top.add_argument("--out", type=target_file, required=True, metavar="FILE", help="potential file to append to; made where there is none")
@@ -91,7 +91,7 @@ def heat_of(text):
         found[words[k]] = [float(word) for word in words[k + 1 : end]]
         least, most = HEAT.get(words[k], (0, 0))
         if not least <= len(found[words[k]]) <= most or most == 0:
-            raise argparse.ArgumentTypeError(f"expected some of conductivity K capacity CP soften TREF TMELT M [FLOOR] melt L, got {text}")
+            raise argparse.ArgumentTypeError(f"expected some of conductivity K capacity CP soften TREF TMELT M [FLOOR] melt L rate C RATE0, got {text}")
     if keys[:1] != [0]:
         raise argparse.ArgumentTypeError(f"begins with a keyword, got {text}")
     return found
@@ -99,13 +99,17 @@ def heat_of(text):
 
 def heat_words(options):
     """The keywords of the row for fix evp/heat; ValueError where Johnson-Cook's m and soften do not fit together."""
-    heat, exponent = {**options.heat}, options.johnson_cook[4] if options.johnson_cook and len(options.johnson_cook) == 5 else None
-    if exponent is not None:
+    heat, more = {**options.heat}, options.johnson_cook[3:] if options.johnson_cook else []
+    if len(more) == 2:
         if len(heat.get("soften", ())) != 2:
             raise ValueError("--johnson-cook with C and m needs --heat with 'soften TREF TMELT', which takes m as its exponent")
-        heat["soften"] = [*heat["soften"], exponent]
+        heat["soften"] = [*heat["soften"], more[1]]
+        if len(heat.get("rate", ())) == 1:
+            heat["rate"] = [more[0], *heat["rate"]]
     if len(heat.get("soften", (0, 0, 0))) < 3:
         raise ValueError("soften of --heat needs TREF TMELT M: the exponent is given by --johnson-cook A B n C m, or there")
+    if len(heat.get("rate", (0, 0))) < 2:
+        raise ValueError("rate of --heat needs C RATE0: C is given by --johnson-cook A B n C m, or there")
     return "".join(f" {name} {' '.join(f'{value:.6g}' for value in values)}" for name, values in heat.items())
 
 

@@ -19,6 +19,12 @@ inline double softening(const Row &row, double temperature)
   return std::max(1.0 - std::pow(share, row.soften_m), row.soften_floor);
 }
 
+/// What its limit is multiplied by at a plastic strain rate [1/time]: 1 + C ln(rate/RATE0) above RATE0 (Johnson and Cook).
+inline double hardening_by_rate(const Row &row, double rate)
+{
+  return rate > row.rate_rate0 ? 1.0 + row.rate * std::log(rate / row.rate_rate0) : 1.0;
+}
+
 /// The part of a particle in the conductances of its bonds [length^3]: 3 V/z, V its share of the volume of the body; 2 V/z
 /// in a plane.
 inline double conducting_share(int dimension, double volume, double bonds)
@@ -90,7 +96,10 @@ class Heat {
   /// Collective. Conducts by the bonds at the present positions, and hands out what was brought home.
   virtual void hand_out(const PairLists &) = 0;
 
-  /// Limits follow the temperatures of now.
+  /// Plastic strain of own particle i, each time before limits move on.
+  virtual void take_strain(int i, double p) = 0;
+
+  /// Limits follow the temperatures and strain rates of now.
   virtual void take_softening() = 0;
 
   /// Would that change any of an own particle?

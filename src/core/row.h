@@ -45,7 +45,8 @@ struct Row {
   double kv = 0.0;              ///< of fix evp/volume [energy]
   double density = 0.0;         ///< of the solid [mass/volume]
   FlowTable flow = {};          ///< with plasticity
-  double limit_own = 0.0;    ///< 1: its pairs hold by xi_s, whatever their spheres have gone through
+  double limit_own =
+      0.0;    ///< 1: its pairs hold by xi_s, whatever their spheres have gone through
 
   // of fix evp/heat
   double conductivity = 0.0;    ///< of the solid [power/length/temperature]
@@ -55,6 +56,8 @@ struct Row {
   double soften_m = 1.0;        ///< exponent of softening()
   double soften_floor = 0.02;
   double melt = 0.0;    ///< latent heat at soften_tmelt [energy/mass]
+  double rate = 0.0;    ///< limits grow by this times the logarithm of the plastic strain rate
+  double rate_rate0 = 1.0;    ///< over this, from there on [1/time]
 
   /// Does the row name the bodies that it holds for? Both or none: parse_row() sees to that.
   bool is_scaled() const { return spacing > 0.0; }
@@ -172,7 +175,9 @@ constexpr Member MEMBERS[] = {
     {"soften_tmelt", &Row::soften_tmelt, rule::melting_temperature, Member::FURTHER},
     {"soften_m", &Row::soften_m, rule::positive, Member::FURTHER},
     {"soften_floor", &Row::soften_floor, rule::share, Member::OPTIONAL},
-    {"melt", &Row::melt, rule::latent_heat}};
+    {"melt", &Row::melt, rule::latent_heat},
+    {"rate", &Row::rate, rule::positive},
+    {"rate_rate0", &Row::rate_rate0, rule::positive, Member::FURTHER}};
 constexpr int NMEMBERS = (int) std::size(MEMBERS);
 constexpr int NREQUIRED = 9;    // those in front, without a keyword
 

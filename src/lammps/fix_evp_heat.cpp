@@ -19,6 +19,7 @@ using namespace LAMMPS_NS;
 using namespace EVP;
 
 static constexpr double RESTART_FORMAT = 2007;    // first word of our section in restart files
+static constexpr double RATE_STEPS = 100.0;       // over which strain rates are smoothed
 static constexpr int MOST_UNSEEN = 50;            // times that heat is handed out near the limit
 
 // fix ID group evp/heat [every 100] [taylor 0.9]
@@ -154,7 +155,7 @@ void FixEVPHeat::report_unlike_types()
 {
   constexpr double Row::*OF_HEAT[] = {&Row::conductivity, &Row::capacity, &Row::soften_tref,
                                       &Row::soften_tmelt, &Row::soften_m, &Row::soften_floor,
-                                      &Row::melt};
+                                      &Row::melt,         &Row::rate,     &Row::rate_rate0};
   std::string line;
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i + 1; j <= atom->ntypes; j++) {
@@ -167,10 +168,11 @@ void FixEVPHeat::report_unlike_types()
       if (any && differs) line += fmt::format("{}{} {}", line.empty() ? "" : ", ", i, j);
     }
   if (line == std::exchange(last_unlike, line) || line.empty() || comm->me) return;
-  utils::logmesg(lmp,
-                 "fix evp/heat {}: conductivity, capacity, soften and melt of the rows of types {} "
-                 "are not used: those of like types hold\n",
-                 id, line);
+  utils::logmesg(
+      lmp,
+      "fix evp/heat {}: conductivity, capacity, soften, melt and rate of the rows of types {} "
+      "are not used: those of like types hold\n",
+      id, line);
 }
 
 void FixEVPHeat::setup(int /*vflag*/)
@@ -194,6 +196,7 @@ void FixEVPHeat::pre_force(int /*vflag*/)
 {
   stepping = true;
   elapsed += update->dt;
+  since_limits += update->dt;
   damping_time = update->dt;
   if (!others_groupbits)
     std::fill_n(atom->heatflow, atom->nlocal + atom->nghost, 0.0);    // else fix heat/flow does
@@ -281,8 +284,19 @@ void FixEVPHeat::bring_home()
   std::fill(generated.begin(), generated.end(), 0.0);
 }
 
+void FixEVPHeat::take_strain(int i, double p)
+{
+  HeatRecord &own = records[i];
+  if (own.strain >= 0.0 && since_limits > 0.0) {
+    const double share = std::min(1.0, since_limits / (RATE_STEPS * update->dt));
+    own.rate += share * ((p - own.strain) / since_limits - own.rate);
+  }
+  own.strain = p;
+}
+
 void FixEVPHeat::take_softening()
 {
+  since_limits = 0.0;
   for (int i = 0; i < atom->nlocal; i++) records[i].softening = softening_now(i);
 }
 
@@ -483,8 +497,8 @@ void FixEVPHeat::write_restart(FILE *fp)
   if (Fix *const bonds = scene::find_fix(modify, "evp/bonds"))
     bonds->pre_exchange();    // what pairs have dissipated so far
   const auto all = all_accounts();
-  double words[2 + NACCOUNTS] = {RESTART_FORMAT, elapsed};
-  std::copy(all.begin(), all.end(), words + 2);
+  double words[3 + NACCOUNTS] = {RESTART_FORMAT, elapsed, since_limits};
+  std::copy(all.begin(), all.end(), words + 3);
   const int size = sizeof(words);
   if (comm->me == 0) {
     fwrite(&size, sizeof(int), 1, fp);
@@ -501,14 +515,20 @@ void FixEVPHeat::restart(char *buf)
                "that wrote another format: use an older restart file, or that version",
                who);
   elapsed = words[1];
+  since_limits = words[2];
   begun = true;
-  if (comm->me == 0) std::copy_n(words + 2, account.size(), account.begin());
+  if (comm->me == 0) std::copy_n(words + 3, account.size(), account.begin());
 }
 
 int FixEVPHeat::pack_restart(int i, double *buf)
 {
   const HeatRecord &own = records[i];
-  const std::array words = {(double) RESTART_WORDS, own.waiting, own.latent, own.softening,
+  const std::array words = {(double) RESTART_WORDS,
+                            own.waiting,
+                            own.latent,
+                            own.softening,
+                            own.strain,
+                            own.rate,
                             own.out};
   std::copy(words.begin(), words.end(), buf);
   return RESTART_WORDS;
@@ -522,6 +542,6 @@ void FixEVPHeat::unpack_restart(int nlocal, int nth)
                "{}: the heat of atom {} in the restart file is damaged, or the atom is not from "
                "that file: define the fix right after read_restart",
                who, atom->tag[nlocal]);
-  records[nlocal] = {record[1], record[2], record[3], record[4]};
+  records[nlocal] = {record[1], record[2], record[3], record[4], record[5], record[6]};
   through[nlocal] = records[nlocal].out;
 }

@@ -16,7 +16,9 @@ namespace EVP {
 struct HeatRecord {
   double waiting;      ///< heat that its temperature does not have yet [energy]
   double latent;       ///< see ThermalState
-  double softening;    ///< share of its limit that it keeps
+  double softening;    ///< what its limit is multiplied by
+  double strain;       ///< plastic, when limits moved on last; below 0: not yet
+  double rate;         ///< of it, smoothed over RATE_STEPS [1/time]
   double out;          ///< what it has taken and not kept, as it holds its temperature [energy]
 };
 
@@ -54,7 +56,7 @@ class FixEVPHeat :
   void copy_arrays(int, int, int) override;
   void set_arrays(int i) override
   {
-    records[i] = {0.0, 0.0, 1.0, 0.0};
+    records[i] = {0.0, 0.0, 1.0, -1.0, 0.0, 0.0};
     through[i] = 0.0;
   }
   int unpack_exchange(int, double *) override;
@@ -73,13 +75,14 @@ class FixEVPHeat :
   void bring_home() override;
   bool is_due() const override { return update->ntimestep % every == 0; }
   void hand_out(const EVP::PairLists &) override;
+  void take_strain(int i, double p) override;
   void take_softening() override;
   bool softening_is_old() const override;
   double softening(int i) const override { return records[i].softening; }
   double take_damping_time() override { return std::exchange(damping_time, 0.0); }
 
  private:
-  static constexpr int RESTART_WORDS = 5;
+  static constexpr int RESTART_WORDS = 7;
   enum Account { OF_WORK, OF_OTHERS, OUT, WAITING, STORED, NACCOUNTS };
 
   /// A bond that conducts.
@@ -99,6 +102,7 @@ class FixEVPHeat :
   bool others_pairs = false;       // may a pair style add to heatflow, of ghosts too?
   int others_groupbits = 0;        // of fixes heat/flow
 
+  double since_limits = 0.0;                  // since limits moved on last [time]
   double elapsed = 0.0;                       // since heat was handed out last [time]
   double damping_time = 0.0;                  // see take_damping_time()
   bool stepping = false;                      // not in rerun, which has no time
@@ -118,7 +122,8 @@ class FixEVPHeat :
 
   double softening_now(int i) const
   {
-    return EVP::softening(rows[atom->type[i]], atom->temperature[i]);
+    const EVP::Row &row = rows[atom->type[i]];
+    return EVP::softening(row, atom->temperature[i]) * EVP::hardening_by_rate(row, records[i].rate);
   }
   bool is_free(int i) const { return atom->mask[i] & groupbit; }
   void check_atoms() const;

@@ -112,7 +112,10 @@ void PairHistories::move_limits(PairWork *work)
   bring_sums_home();
   for (int i = 0; i < lists.nlocal; i++)
     records->sphere(i).move_on((double) records->of(i).size() - sums.of(i, FlowSums::ENDED));
-  if (const auto heat = this->heat()) heat->take_softening();
+  if (const auto heat = this->heat()) {
+    for (int i = 0; i < lists.nlocal; i++) heat->take_strain(i, records->sphere(i).p);
+    heat->take_softening();
+  }
   share_limits();
   for_each_limit([&](double &limit, double now, PairList &list, int i, int n) {
     const double before = std::exchange(limit, now);

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from evp import law
 from flowing import largest_difference, read_pairs
-from heated import ACCOUNT, ENTRIES, JOIN, LAST, PROPERTIES, ROW, SOFTEN, TMELT, TREF, assert_closes, last, sheared
+from heated import ACCOUNT, ENTRIES, JOIN, LAST, PROPERTIES, RATE, ROW, SOFTEN, TMELT, TREF, assert_closes, last, sheared
 from hostile import PARTS, refused, scene
 from lammps_run import REFERENCE, run_lammps, write_data
 from small_bodies import dump, head, thermo, words
@@ -197,6 +197,23 @@ def test_stress_is_that_of_the_softened_limit(lmp_decks):
              + "thermo 1000\nrun 1000\n" for s in shares}
     tau = np.array([run.thermo()["f_tau"][-1] for run in lmp_decks(decks, 2).values()])
     assert tau / tau[0] == pytest.approx(shares, rel=0.25) and np.all(np.diff(tau) < 0.0)
+
+
+def test_stress_grows_with_the_rate(lmp):
+    """By 1 + C ln(rate/RATE0) of the plastic strain rate, here the shear strain rate over sqrt(3), within 3 %; the energies close, and so does a restart."""
+    more = "compute press all pressure NULL pair fix\nvariable tau equal -c_press[4]\nfix tau all ave/time 5 100 500 v_tau"
+
+    def shear(rate, **choices):
+        return sheared(rate, group="nobody", gamma=0.0, **choices).replace("custom step", "custom step f_tau") + "thermo 500\n"
+
+    tau = {}
+    for rate in ("", "rate 0.05 1"):
+        run = lmp(shear(rate, more=more) + "run 755\nwrite_restart state.rst\nrun 745\n", 2).ok()
+        tau[rate] = run.thermo()["f_tau"][-1]
+        assert np.abs(run.thermo()["f_energy"]).max() < 3e-4 * run.thermo()["f_energy[9]"][-1]
+    assert tau["rate 0.05 1"] / tau[""] == pytest.approx(1.0 + 0.05 * np.log(RATE / np.sqrt(3.0)), rel=0.03)
+    again = lmp(shear("rate 0.05 1", more=more, start="read_restart state.rst") + "run 745\n", 1).ok().thermo()
+    assert again["f_tau"][-1] == pytest.approx(tau["rate 0.05 1"], rel=1e-6)
 
 
 def test_a_temperature_that_is_set_between_runs(lmp):

@@ -109,9 +109,10 @@ ROW = "# UNITS: si\ntaken 80 8 4 3 8 4 0.005 0 1.5\n"
     ({"--body": "bar.data", "--seed": "2"}, "--seed is that of the cylinder: leave it out with --body"),
     ({"--body": "bar.data", "--rate": "5e6@100"}, "--rate: not with --body"),
     ({"--rate": ["5e6@100", "6e6@10000"]}, "5e+06 Pa at 100/s and 6e+06 Pa at 10000/s are not linear in the rate"),
-    ({"--heat": "conductivity 1 2"}, "argument --heat: expected some of conductivity K capacity CP soften TREF TMELT M [FLOOR] melt L"),
+    ({"--heat": "conductivity 1 2"}, "argument --heat: expected some of conductivity K capacity CP soften TREF TMELT M [FLOOR] melt L rate C RATE0"),
     ({"--heat": "293 conductivity 1"}, "argument --heat: begins with a keyword"),
     ({"--heat": "soften 293 775"}, "soften of --heat needs TREF TMELT M"),
+    ({"--heat": "rate 1"}, "rate of --heat needs C RATE0"),
     ({"--rate": "-5e6@100"}, "argument --rate: give a positive number"),
     ({"--rate": "5e6@-100"}, "--rate: give positive rates"),
     *(({None: text}, "its first line must be a comment with 'UNITS: si'") for text in ("x", "# UNITS: lj\n")),
@@ -333,8 +334,8 @@ def test_keywords_of_heat(words, text):
 
 def test_exponent_of_johnson_cook():
     words = ["--E", "73e9", "--density", "2770", "--name", "mine", "--out", "my.evp", "--johnson-cook", "265e6", "426e6", "0.34", "0.015", "1.1"]
-    options = calibrate.parser().parse_args([*words, "--heat", "soften 298 775 capacity 875"])
-    assert calibrate.heat_words(options) == " soften 298 775 1.1 capacity 875"
+    options = calibrate.parser().parse_args([*words, "--heat", "soften 298 775 capacity 875 rate 1"])
+    assert calibrate.heat_words(options) == " soften 298 775 1.1 capacity 875 rate 0.015 1"
     assert calibrate.targets_of(options).curve.at(0.1) == pytest.approx(265e6 + 426e6 * 0.1**0.34, rel=1e-4)
     with pytest.raises(ValueError, match="needs --heat with 'soften TREF TMELT'"):
         calibrate.heat_words(calibrate.parser().parse_args(words))

@@ -219,7 +219,7 @@ def host(entry):
 
 
 def test_check_of_an_installation(tmp_path):
-    assert start(PACKAGING / "check_install.sh", LMP).startswith("check_install.sh: 12 styles loaded, 200 steps as expected: 450 ")
+    assert start(PACKAGING / "check_install.sh", LMP).startswith("check_install.sh: 13 styles loaded, 200 steps as expected: 450 ")
     text = start(PACKAGING / "check_install.sh", host("lmp"), status=1, LD_LIBRARY_PATH=host("libdir"), LAMMPS_PLUGIN_PATH=tmp_path)
     assert f"error: LAMMPS has not loaded pair evp/lj: is the folder of evpplugin.so in LAMMPS_PLUGIN_PATH ('{tmp_path}')?" in text
 
@@ -245,7 +245,7 @@ before=${{LAMMPS_PLUGIN_PATH:-}}
 [ "${{LAMMPS_PLUGIN_PATH:-}}" = "$before" ]
 """
     for before in ("", "/nowhere"):
-        assert "12 styles loaded" in start("bash", "-c", active, CONDA_PREFIX=prefix, LD_LIBRARY_PATH=host("libdir"), LAMMPS_PLUGIN_PATH=before)
+        assert "13 styles loaded" in start("bash", "-c", active, CONDA_PREFIX=prefix, LD_LIBRARY_PATH=host("libdir"), LAMMPS_PLUGIN_PATH=before)
 
 
 def test_one_version():

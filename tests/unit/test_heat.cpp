@@ -35,6 +35,17 @@ TEST(Softening, FallsBetweenBothTemperatures)
   EXPECT_EQ(EVP::softening(metal(), 900.0), 0.02);
 }
 
+TEST(Rate, HardensFromItsReferenceOn)
+{
+  Row row;
+  EXPECT_EQ(EVP::hardening_by_rate(row, 1e9), 1.0);
+  row.rate = 0.015;
+  row.rate_rate0 = 10.0;
+  EXPECT_EQ(EVP::hardening_by_rate(row, 0.0), 1.0);
+  EXPECT_EQ(EVP::hardening_by_rate(row, 10.0), 1.0);
+  EXPECT_DOUBLE_EQ(EVP::hardening_by_rate(row, 1000.0), 1.0 + 0.015 * std::log(100.0));
+}
+
 TEST(ThermalState, TakesLatentHeatBeforeItIsHotter)
 {
   constexpr double MASS = 2.0, LATENT = 4e5;

@@ -148,7 +148,7 @@ TEST(ParseRow, RefusesWhatIsNoRow)
       {"80 200 4 3 8 4 0.999 0 1.5", "overflow"},    // (1 - xi_s)^-(m+1) = 1e603 when compressed
       {"1e308 8 4 3 8 4 0.005 0 1.5", "overflow"},
       {TABLE1 + " pitch 1", "unknown keyword 'pitch'", "after its 9 values",
-       "spacing, coordination, kv, density, conductivity, capacity, soften, melt, flow, limit"},
+       "spacing, coordination, kv, density, conductivity, capacity, soften, melt, rate, flow, limit"},
       {TABLE1 + " limit", "keyword limit of a row takes the word own"},
       {TABLE1 + " limit 3", "keyword limit of a row takes the word own"},
       {"80 8 4 3 8 4 0.19 0 1.5 limit own", "limit own needs xi_s below 0.189207"},
@@ -176,6 +176,8 @@ TEST(ParseRow, RefusesWhatIsNoRow)
       {TABLE1 + " soften 293 775 0", "soften_m must be positive", "got 0"},
       {TABLE1 + " soften 293 775 1 1", "soften_floor must lie between 0 and 1", "got 1"},
       {TABLE1 + " soften_m 1", "unknown keyword 'soften_m'"},
+      {TABLE1 + " rate 0.015", "keyword rate needs a value more: rate_rate0"},
+      {TABLE1 + " rate 0.015 0", "rate_rate0 must be positive", "got 0"},
       {TABLE1 + " melt 4e5", "melt needs soften TREF TMELT M in front of it"},
       {TABLE1 + " kv 1e101", "kv must lie between 0 and 1e100", "got 1e+101"}};
   for (const auto &one : cases) expect_bad_row(one[0], {one.begin() + 1, one.end()});
@@ -224,7 +226,7 @@ TEST(ParseRow, TakesKeywordsInAnyOrder)
 TEST(RowText, IsReadAsTheSameRow)
 {
   for (const std::string words :
-       {"", " kv 0.1", " kv 0.1 limit own", " conductivity 120 capacity 875 soften 0 775 1 0.02 melt 400000",
+       {"", " kv 0.1", " kv 0.1 limit own", " rate 0.015 1", " conductivity 120 capacity 875 soften 0 775 1 0.02 melt 400000",
         " spacing 0.00442 coordination 11.9 density 2700 flow 0 1 0.1 "
         "1.5 0.30000000000000004 0.5"}) {
     const std::string text = "0.1 8 4 0.30000000000000004 8 4 0.005 0 1.5" + words;
