@@ -10,6 +10,7 @@ import sys
 from typing import NamedTuple
 
 import doc_blocks
+import numpy as np
 import pytest
 import tutorial_page
 from evp import surface
@@ -79,6 +80,7 @@ NAMED = {
     (FRICTION, "tests/lammps/test_forming.py", "runs it on a block"): ("region          punch cone",),
     (FRICTION, "tests/lammps/test_granular.py", "runs it"): ("pair_style      hybrid evp/lj",),
     (HEAT, "tests/lammps/test_doc_commands.py", "runs the input scripts, test_heat_*"): ("# grips hold their temperature", "add/heat linear"),
+    (HEAT, "tests/lammps/test_doc_commands.py", "runs the deck with the file, test_heat_in_a_deck"): ("heat_rows all print", "-var also heat.lmp"),
     (METAL, CALIBRATE, "runs these options, with a bar of its own and fewer spheres"): ("--body bar.data",),
     (METAL, CALIBRATE, WALK): ("--ranks 1 --name mymetal", "pass 1, elastic: E ", "in.specimen -var n 300", "-var increment 0.00025", "tools/curves.py numbers pull.csv",
                                "pull.csv    6"),
@@ -147,6 +149,18 @@ def test_heat_howto_runs_as_it_stands(tmp_path):
     assert cooled["c_mean"][-1] == pytest.approx(float(re.search(r"= ([\d.]+) K\.", page)[1]), abs=1.0)
     for thermo in (stretched, cooled):
         assert abs(thermo["f_heat"]).max() < 1e-9 * max(abs(thermo["f_heat[1]" if thermo is stretched else "f_heat[2]"]))
+
+
+def test_heat_in_a_deck(tmp_path):
+    """The file of the page, taken in by the deck of the page, of whose commands material and speed are used."""
+    (tmp_path / "heat.lmp").write_text(block_of(HEAT, "heat_rows all print").text.replace("lammps_inputs/", f"{REPOSITORY}/lammps_inputs/"), encoding="utf-8")
+    command = block_of(HEAT, "-var also heat.lmp").text
+    assert "in.upset -var specimen my.data -var material potentials/metals.evp:aluminium_2024T351 -var speed 3 -var also heat.lmp -var out hot" in command
+    run_lammps("in.specimen", 1, {"n": 200, "out": "my.data"}, tmp_path).ok()
+    material = f"{REPOSITORY}/potentials/metals.evp:aluminium_2024T351"
+    run_lammps("in.upset", 1, {"specimen": "my.data", "material": material, "speed": 3, "strain": 0.06, "also": "heat.lmp", "out": "hot"}, tmp_path).ok()
+    rows = np.genfromtxt(tmp_path / "hot_heat.csv", delimiter=",", names=True)
+    assert rows["mean"][0] == pytest.approx(298.0, abs=0.1) and 308.0 > rows["mean"][-1] > 304.0 and rows["highest"][-1] > rows["mean"][-1]
 
 
 def test_heat_inputs_of_the_fix(tmp_path):
