@@ -92,6 +92,8 @@ def heat_of(text):
         least, most = HEAT.get(words[k], (0, 0))
         if not least <= len(found[words[k]]) <= most or most == 0:
             raise argparse.ArgumentTypeError(f"expected some of conductivity K capacity CP soften TREF TMELT M [FLOOR] melt L rate C RATE0, got {text}")
+        if min(found[words[k]]) < 0.0 or (0.0 in found[words[k]] and words[k] != "soften"):
+            raise argparse.ArgumentTypeError(f"the numbers of {words[k]} must be positive, got {text}")
     if keys[:1] != [0]:
         raise argparse.ArgumentTypeError(f"begins with a keyword, got {text}")
     return found
@@ -108,9 +110,11 @@ def heat_words(options):
             heat["rate"] = [more[0], *heat["rate"]]
     if len(heat.get("soften", (0, 0, 0))) < 3:
         raise ValueError("soften of --heat needs TREF TMELT M: the exponent is given by --johnson-cook A B n C m, or there")
+    if "melt" in heat and "soften" not in heat:
+        raise ValueError("melt of --heat needs soften TREF TMELT M, which says where it melts")
     if len(heat.get("rate", (0, 0))) < 2:
         raise ValueError("rate of --heat needs C RATE0: C is given by --johnson-cook A B n C m, or there")
-    return "".join(f" {name} {' '.join(f'{value:.6g}' for value in values)}" for name, values in heat.items())
+    return "".join(f" {name} {' '.join(f'{value:.6g}' for value in heat[name])}" for name in HEAT if name in heat)  # soften in front of melt
 
 
 def value_at(word):

@@ -215,8 +215,10 @@ def stir(folder, _):
     names = ("turns", "torque_pin", "follow_first", "temperature_highest", "temperature_near", "energy_imbalance", "heat_imbalance")
     curve = curves.read_columns(folder / "stir.csv", names)
     hot = curve["turns"] > curve["turns"][-1] - 0.5
-    torque = np.abs(curve["torque_pin"])
-    return [Number("N m", torque.max()), Number("", torque[hot].mean() / torque.max()), Number("", curve["follow_first"][hot].mean(), 1.0),
+    torque, radius, depth = np.abs(curve["torque_pin"]), 0.0025 + 0.0005, 0.0025  # radius: of the pin and a sphere, whose far side slips
+    stress = (265e6 + 426e6) / math.sqrt(3.0)  # of 2024 at a plastic strain of 1, in shear
+    slips = (2.0 * math.pi * radius**2 * depth + 2.0 / 3.0 * math.pi * radius**3) * stress
+    return [Number("N m", torque.max(), slips), Number("", torque[hot].mean() / torque.max()), Number("", curve["follow_first"][hot].mean(), 1.0),
             Number("K", curve["temperature_highest"].max(), 775.0), Number("", curve["temperature_near"][-1] / 775.0)]
 
 

@@ -69,7 +69,7 @@ struct ThermalState {
   }
 };
 
-/// What pairs leave on the particles of one MPI rank, and what temperatures leave of their limits. That of fix evp/heat.
+/// What pairs leave on the particles of one MPI rank, and what their limits are multiplied by. That of fix evp/heat.
 class Heat {
  public:
   std::vector<double> generated;    ///< what was added, by particles and ghosts [energy]
@@ -100,13 +100,13 @@ class Heat {
   virtual void take_strain(int i, double p) = 0;
 
   /// Limits follow the temperatures and strain rates of now.
-  virtual void take_softening() = 0;
+  virtual void take_factors() = 0;
 
   /// Would that change any of an own particle?
-  virtual bool softening_is_old() const = 0;
+  virtual bool factors_are_old() const = 0;
 
-  /// Share of its limit that own particle i keeps, as of then.
-  virtual double softening(int i) const = 0;
+  /// What the limit of own particle i is multiplied by, as of then.
+  virtual double factor(int i) const = 0;
 
   /// Time that the explicit damping of the next forces stands for, once in a step; then and outside of steps 0.
   virtual double take_damping_time() = 0;

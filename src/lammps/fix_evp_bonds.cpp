@@ -139,10 +139,10 @@ void FixEVPBonds::check_history() const
 
 void FixEVPBonds::return_histories()
 {
-  if (PairData *now = PairData::find(force)) {
-    now->return_histories(*bonds);
-    if (events) events->write(now->histories.events);
-  }
+  PairData *const now = PairData::find(force);
+  if (now) now->return_histories(*bonds);
+  if (!bonds->has_history()) return;
+  if (now && events) events->write(now->histories.events);
   set_exchange_room();
 }
 

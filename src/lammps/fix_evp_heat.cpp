@@ -112,7 +112,7 @@ void FixEVPHeat::init()
   generated.clear();
   // bonds that are there may hold too much: the first step sees to that, and to its work
   const auto bonds = scene::find_shared<BondStore>(modify, "evp/bonds", "bonds");
-  if (!std::exchange(begun, true) && !bonds->has_recorded()) take_softening();
+  if (!std::exchange(begun, true) && !bonds->has_recorded()) take_factors();
   report_unlike_types();
 }
 
@@ -144,11 +144,12 @@ void FixEVPHeat::check_atoms() const
                "it to one of the two",
                who, first[TWICE]);
   if (first[ROW] < MAXTAGINT)
-    error->all(FLERR,
-               "{}: the row of the type of atom {} lacks {}: add 'capacity CP' and, with "
-               "'conductivity K', 'density RHO' of the solid, or leave atoms that are to hold "
-               "their temperature out of the group",
-               who, first[ROW], "what heat needs");
+    error->all(
+        FLERR,
+        "{}: the row of the type of atom {} lacks what heat needs: add 'capacity CP' and, with "
+        "'conductivity K', 'density RHO' of the solid, or leave atoms that are to hold "
+        "their temperature out of the group",
+        who, first[ROW]);
 }
 
 void FixEVPHeat::report_unlike_types()
@@ -294,17 +295,16 @@ void FixEVPHeat::take_strain(int i, double p)
   own.strain = p;
 }
 
-void FixEVPHeat::take_softening()
+void FixEVPHeat::take_factors()
 {
   since_limits = 0.0;
-  for (int i = 0; i < atom->nlocal; i++) records[i].softening = softening_now(i);
+  for (int i = 0; i < atom->nlocal; i++) records[i].factor = factor_now(i);
 }
 
-bool FixEVPHeat::softening_is_old() const
+bool FixEVPHeat::factors_are_old() const
 {
   bool is_old = false;
-  for (int i = 0; i < atom->nlocal; i++)
-    is_old = is_old || records[i].softening != softening_now(i);
+  for (int i = 0; i < atom->nlocal; i++) is_old = is_old || records[i].factor != factor_now(i);
   return is_old;
 }
 
@@ -523,13 +523,8 @@ void FixEVPHeat::restart(char *buf)
 int FixEVPHeat::pack_restart(int i, double *buf)
 {
   const HeatRecord &own = records[i];
-  const std::array words = {(double) RESTART_WORDS,
-                            own.waiting,
-                            own.latent,
-                            own.softening,
-                            own.strain,
-                            own.rate,
-                            own.out};
+  const std::array words = {
+      (double) RESTART_WORDS, own.waiting, own.latent, own.factor, own.strain, own.rate, own.out};
   std::copy(words.begin(), words.end(), buf);
   return RESTART_WORDS;
 }

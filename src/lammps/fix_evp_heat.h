@@ -14,12 +14,12 @@ namespace EVP {
 
 /// What an atom keeps for fix evp/heat.
 struct HeatRecord {
-  double waiting;      ///< heat that its temperature does not have yet [energy]
-  double latent;       ///< see ThermalState
-  double softening;    ///< what its limit is multiplied by
-  double strain;       ///< plastic, when limits moved on last; below 0: not yet
-  double rate;         ///< of it, smoothed over RATE_STEPS [1/time]
-  double out;          ///< what it has taken and not kept, as it holds its temperature [energy]
+  double waiting;    ///< heat that its temperature does not have yet [energy]
+  double latent;     ///< see ThermalState
+  double factor;     ///< what its limit is multiplied by
+  double strain;     ///< plastic, when limits moved on last; below 0: not yet
+  double rate;       ///< of it, smoothed over RATE_STEPS [1/time]
+  double out;        ///< what it has taken and not kept, as it holds its temperature [energy]
 };
 
 }    // namespace EVP
@@ -76,9 +76,9 @@ class FixEVPHeat :
   bool is_due() const override { return update->ntimestep % every == 0; }
   void hand_out(const EVP::PairLists &) override;
   void take_strain(int i, double p) override;
-  void take_softening() override;
-  bool softening_is_old() const override;
-  double softening(int i) const override { return records[i].softening; }
+  void take_factors() override;
+  bool factors_are_old() const override;
+  double factor(int i) const override { return records[i].factor; }
   double take_damping_time() override { return std::exchange(damping_time, 0.0); }
 
  private:
@@ -120,7 +120,7 @@ class FixEVPHeat :
   bool limit_told = false;
   std::string last_unlike;
 
-  double softening_now(int i) const
+  double factor_now(int i) const
   {
     const EVP::Row &row = rows[atom->type[i]];
     return EVP::softening(row, atom->temperature[i]) * EVP::hardening_by_rate(row, records[i].rate);

@@ -40,7 +40,7 @@ void PairHistories::begin_step()
   const auto heat = this->heat();
   heat_due = heat && heat->is_due();
   const bool was_set =
-      heat && update->ntimestep == update->firststep + 1 && on_any(heat->softening_is_old(), world);
+      heat && update->ntimestep == update->firststep + 1 && on_any(heat->factors_are_old(), world);
   limits_due = rules.plastic && (update->ntimestep % every == 0 || heat_due || was_set);
 }
 
@@ -88,7 +88,7 @@ void PairHistories::share_limits()
   const auto heat = this->heat();
   for (int i = 0; i < lists.nlocal; i++) {
     const double p = records->sphere(i).p;
-    values[(size_t) 3 * i] = types.limit(atom->type[i])(p) * (heat ? heat->softening(i) : 1.0);
+    values[(size_t) 3 * i] = types.limit(atom->type[i])(p) * (heat ? heat->factor(i) : 1.0);
     values[(size_t) 3 * i + 1] = p;
   }
   exchange->forward_comm(values);
@@ -114,7 +114,7 @@ void PairHistories::move_limits(PairWork *work)
     records->sphere(i).move_on((double) records->of(i).size() - sums.of(i, FlowSums::ENDED));
   if (const auto heat = this->heat()) {
     for (int i = 0; i < lists.nlocal; i++) heat->take_strain(i, records->sphere(i).p);
-    heat->take_softening();
+    heat->take_factors();
   }
   share_limits();
   for_each_limit([&](double &limit, double now, PairList &list, int i, int n) {

@@ -112,6 +112,8 @@ ROW = "# UNITS: si\ntaken 80 8 4 3 8 4 0.005 0 1.5\n"
     ({"--heat": "conductivity 1 2"}, "argument --heat: expected some of conductivity K capacity CP soften TREF TMELT M [FLOOR] melt L rate C RATE0"),
     ({"--heat": "293 conductivity 1"}, "argument --heat: begins with a keyword"),
     ({"--heat": "soften 293 775"}, "soften of --heat needs TREF TMELT M"),
+    ({"--heat": "melt 4e5"}, "melt of --heat needs soften TREF TMELT M"),
+    ({"--heat": "conductivity -1"}, "argument --heat: the numbers of conductivity must be positive"),
     ({"--heat": "rate 1"}, "rate of --heat needs C RATE0"),
     ({"--rate": "-5e6@100"}, "argument --rate: give a positive number"),
     ({"--rate": "5e6@-100"}, "--rate: give positive rates"),
@@ -326,7 +328,7 @@ def test_what_is_sheared(words, is_sheared):
 
 
 @pytest.mark.parametrize("words, text", [
-    ([], ""), (["--heat", "capacity 875 melt 4e5"], " capacity 875 melt 400000"), (["--heat", "soften 298 775 1.2 0.1"], " soften 298 775 1.2 0.1")])
+    ([], ""), (["--heat", "melt 4e5 soften 298 775 1"], " soften 298 775 1 melt 400000"), (["--heat", "soften 298 775 1.2 0.1"], " soften 298 775 1.2 0.1")])
 def test_keywords_of_heat(words, text):
     options = calibrate.parser().parse_args(["--E", "73e9", "--density", "2770", "--name", "mine", "--out", "my.evp", "--johnson-cook", "265e6", "426e6", "0.34", *words])
     assert calibrate.heat_words(options) == text
@@ -335,7 +337,7 @@ def test_keywords_of_heat(words, text):
 def test_exponent_of_johnson_cook():
     words = ["--E", "73e9", "--density", "2770", "--name", "mine", "--out", "my.evp", "--johnson-cook", "265e6", "426e6", "0.34", "0.015", "1.1"]
     options = calibrate.parser().parse_args([*words, "--heat", "soften 298 775 capacity 875 rate 1"])
-    assert calibrate.heat_words(options) == " soften 298 775 1.1 capacity 875 rate 0.015 1"
+    assert calibrate.heat_words(options) == " capacity 875 soften 298 775 1.1 rate 0.015 1"
     assert calibrate.targets_of(options).curve.at(0.1) == pytest.approx(265e6 + 426e6 * 0.1**0.34, rel=1e-4)
     with pytest.raises(ValueError, match="needs --heat with 'soften TREF TMELT'"):
         calibrate.heat_words(calibrate.parser().parse_args(words))

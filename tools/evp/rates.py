@@ -84,8 +84,8 @@ def scaled_row(row, count, volume=REFERENCE_VOLUME):
 
 
 def given_row(text):
-    """(law.Row, {keyword: value}) of a row as the decks take it, nine numbers with keywords behind them, or FILE:ROW; flow and soften have a list. ValueError,
-    or OSError of the file."""
+    """(law.Row, {keyword: value}) of a row as the decks take it, nine numbers with keywords behind them, or FILE:ROW; several numbers are a list. ValueError, or
+    OSError of the file."""
     words = text.split()
     if len(words) == 1 and ":" in text:
         path, _, name = text.rpartition(":")
@@ -98,7 +98,7 @@ def given_row(text):
     keys = [k for k, word in enumerate(words) if word[0].isalpha()]
     for k, end in zip(keys, [*keys[1:], len(words)]):
         values = [float(value) for value in words[k + 1 : end]]
-        more[words[k]] = values if words[k] in ("flow", "soften") else values[0]
+        more[words[k]] = values if len(values) > 1 else values[0]
     return row, more
 
 
