@@ -115,6 +115,13 @@ class BondStore {
   /// Bonds that have begun since the recording, counted likewise.
   int64_t begun() const { return nbegun; }
 
+  /// A plastic strain for the spheres of a group, which waits for the next step that moves their limits.
+  struct GivenStrain {
+    int groupbit;
+    double p;
+  };
+  std::vector<GivenStrain> given_strains;
+
   /// By which PairRules::join it was found what keeps pairs from joining; within 0: by none.
   JoinRule joins_by;
 

@@ -10,6 +10,7 @@
 
 #include "comm.h"
 #include "domain.h"
+#include "group.h"
 #include "min.h"
 #include "my_page.h"
 #include "neigh_list.h"
@@ -70,6 +71,23 @@ FixEVPBonds::~FixEVPBonds()
   bonds->close();
 }
 
+// fix_modify ID plastic_strain GROUP P
+int FixEVPBonds::modify_param(int narg, char **arg)
+{
+  if (strcmp(arg[0], "plastic_strain") != 0) return 0;
+  if (narg < 3)
+    error->all(FLERR, "{}: fix_modify plastic_strain needs a group and a plastic strain", who);
+  const int given_group = group->find(arg[1]);
+  if (given_group < 0)
+    error->all(FLERR, "{}: fix_modify plastic_strain: there is no group '{}'", who, arg[1]);
+  stop_at_bad_input(error, who, [&] {
+    const Keyword strain = {"plastic_strain", arg[2]};
+    strain.demand(strain.number() >= 0.0, "must be zero or positive");
+    bonds->given_strains.push_back({group->bitmask[given_group], strain.number()});
+  });
+  return 3;
+}
+
 void *FixEVPBonds::extract(const char *name, int &dim)
 {
   dim = -1;    // nothing that fix adapt could write
@@ -122,6 +140,9 @@ void FixEVPBonds::check_history() const
                "{}: bonds have flowed or ended, which this pair_style would forget: give it the "
                "'plasticity' and 'break' that it had",
                who);
+  if (!rules.plastic && !bonds->given_strains.empty())
+    error->all(FLERR,
+               "{}: fix_modify plastic_strain needs 'plasticity isotropic' of the pair style", who);
   const bool heats = scene::find_fix(modify, "evp/heat") != nullptr;
   if (!rules.has_history() && !heats) return;
   for (int k = 0; k < modify->nfix && modify->fix[k] != this; k++) {
@@ -379,6 +400,12 @@ int FixEVPBonds::unpack_exchange(int i, double *buf)
 void FixEVPBonds::write_restart(FILE *fp)
 {
   return_histories();
+  if (!bonds->given_strains.empty() && comm->me == 0)
+    error->warning(
+        FLERR,
+        "{}: the restart file does not have the plastic strains of fix_modify, which wait "
+        "for a run: give them again after read_restart",
+        who);
   std::vector<double> words = {RESTART_FORMAT,
                                bonds->zone,
                                (double) bonds->has_recorded(),

@@ -30,6 +30,7 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
     return PRE_EXCHANGE | MIN_PRE_EXCHANGE | PRE_NEIGHBOR | MIN_PRE_NEIGHBOR | PRE_FORCE |
         MIN_PRE_FORCE | END_OF_STEP;
   }
+  int modify_param(int, char **) override;
   void init() override;
   void init_list(int, class NeighList *list_in) override { list = list_in; }
   void setup_pre_neighbor() override { pre_neighbor(); }

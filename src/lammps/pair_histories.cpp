@@ -33,14 +33,15 @@ void PairHistories::begin_run(BondStore *records_in, PerAtomComm *exchange_in, b
 }
 
 // by the number of the step, so that neither neighbor builds nor MPI ranks nor restarts matter. Between runs temperatures
-// may have been set
+// and plastic strains may have been set
 void PairHistories::begin_step()
 {
   if (update->whichflag != 1) return;
   const auto heat = this->heat();
   heat_due = heat && heat->is_due();
-  const bool was_set =
-      heat && update->ntimestep == update->firststep + 1 && on_any(heat->factors_are_old(), world);
+  const bool was_set = !records->given_strains.empty() ||
+      (heat && update->ntimestep == update->firststep + 1 &&
+       on_any(heat->factors_are_old(), world));
   limits_due = rules.plastic && (update->ntimestep % every == 0 || heat_due || was_set);
 }
 
@@ -116,11 +117,23 @@ void PairHistories::move_limits(PairWork *work)
     for (int i = 0; i < lists.nlocal; i++) heat->take_strain(i, records->sphere(i).p);
     heat->take_factors();
   }
+  take_given_strains();
   share_limits();
   for_each_limit([&](double &limit, double now, PairList &list, int i, int n) {
     const double before = std::exchange(limit, now);
     if (now < before) keep_below_limit(list, i, n, before, work);
   });
+}
+
+void PairHistories::take_given_strains()
+{
+  for (const auto &given : records->given_strains)
+    for (int i = 0; i < lists.nlocal; i++) {
+      if (!(atom->mask[i] & given.groupbit)) continue;
+      records->sphere(i).p = given.p;
+      if (const auto heat = this->heat()) heat->take_strain(i, given.p);    // no flow, so no rate
+    }
+  records->given_strains.clear();
 }
 
 // of a pair of particle i

@@ -170,6 +170,7 @@ class PairHistories : protected Pointers {
   void end_at(int i, int j, const Stored &held, PairWork *);
   void share_limits();
   void move_limits(PairWork *);
+  void take_given_strains();
   double limit_of(int law, int i, double of_partner) const;
   void note_event(int i, int j, tagint partner, BondEvent::Why);
   void warn_of_jumps();

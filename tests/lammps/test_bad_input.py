@@ -121,6 +121,10 @@ WORDS = {
         ("row 3", "or the word row"), ("10 cavitation 0", "cavitation must be a volume strain above 0, or none"),
         ("10\nfix more all evp/volume 20", "Fix more evp/volume: fix volume is of this style too, but only one is allowed"),
         ("10\nfix e all evp/energy\nfix more all evp/energy", "Fix more evp/energy: fix e is of this style too, but only one is allowed")]),
+    "fix_modify bonds {}": ("then", [
+        ("plastic_strain all", "Fix bonds evp/bonds: fix_modify plastic_strain needs a group and a plastic strain"),
+        ("plastic_strain none 0", "fix_modify plastic_strain: there is no group 'none'"), ("plastic_strain all -1", "plastic_strain must be zero or positive, got -1"),
+        ("plastic_strain all 0", "fix_modify plastic_strain needs 'plasticity isotropic' of the pair style")]),
     "fix move all nve/evp {}": ("move", [
         ("tol 0", "tol must lie between 0 and 1"), ("tol 1", "tol must lie between 0 and 1"), ("tol small", "tol"), ("maxiter 2.5", "maxiter must be an integer"),
         ("steps 5", "unknown keyword 'steps'"), ("tol", "keyword tol needs a value")]),
