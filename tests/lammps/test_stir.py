@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""in.stir: what sticks to the pin follows it, the plate warms and softens, energies and heat close."""
+"""in.stir: what sticks to the pin follows it, the plate warms and softens, energies and heat close. in.seam: what a seam holds."""
 
 import numpy as np
 import pytest
@@ -17,16 +17,18 @@ def stirred(folder, plate, **choices):
 
 def test_a_pin_that_sticks(tmp_path, plate):
     """The layer beside it follows, which takes twice the torque of a pin that holds as the plate does, and the plate warms; a shoulder rubs."""
+    (tmp_path / "slips.lmp").write_text("pair_coeff 1 2 evp/lj ${row_words} conductivity $(v_row_conductivity*v_scale)\n", encoding="utf-8")
     ends = {}
-    for stick, shoulder in ((10, 2.8), (0, 0)):
-        run, rows, last = stirred(tmp_path, plate, stick=stick, shoulder=shoulder)
-        ends[stick] = {name: np.mean(values[-3:]) for name, values in rows.items()}
+    for pin, choices in (("sticks", {}), ("slips", {"shoulder": 0, "also": "slips.lmp"})):
+        run, rows, last = stirred(tmp_path, plate, **choices)
+        ends[pin] = {name: np.mean(values[-3:]) for name, values in rows.items()}
         plastic, heat = (float(last.split(f"{kind} imbalance ")[1].split()[0]) for kind in ("energy", "heat"))
         assert abs(plastic) < 1e-3 and abs(heat) < 1e-9
-        assert TMELT * 1.001 > rows["temperature_highest"].max() > 350.0 and len(rows["turns"]) == 7
-    assert ends[10]["follow_first"] > 0.75 and ends[0]["follow_first"] < 0.2
-    assert -ends[10]["torque_pin"] > 1.5 * -ends[0]["torque_pin"] > 30.0
-    assert ends[10]["torque_shoulder"] < 0.0 == ends[0]["torque_shoulder"]
+        assert TMELT * 1.001 > rows["temperature_highest"].max() > 350.0 and 5 < len(rows["turns"]) < 9
+        assert rows["thermocouple_1"][-1] > rows["thermocouple_5"][-1] >= 298.0
+    assert ends["sticks"]["follow_first"] > 0.75 and ends["slips"]["follow_first"] < 0.2
+    assert -ends["sticks"]["torque_pin"] > 1.5 * -ends["slips"]["torque_pin"] > 30.0
+    assert ends["sticks"]["torque_shoulder"] < 0.0 == ends["slips"]["torque_shoulder"]
 
 
 def test_it_travels(tmp_path, plate):
@@ -39,3 +41,18 @@ def test_it_travels(tmp_path, plate):
     axis = 0.3 * 0.026
     assert end["x"][shoulder] == pytest.approx(axis + 0.02 * 0.01 + (x - axis) * np.cos(turned) - y * np.sin(turned), abs=1e-7)
     assert np.ptp(end["z"][shoulder]) < 1e-9 and np.any(end["type"] == 2)
+
+
+def test_a_seam_that_was_never_stirred(tmp_path, plate):
+    """Holds nothing beside the uncut plate, also where the metal forgets a hardening that it does not have; without from and to there is no strip."""
+    strength = {}
+    for seam, hardening in (("no", "kept"), ("yes", "kept"), ("no", "forgotten")):
+        stirred(tmp_path, plate, dwell=0, seam=seam)
+        choices = {"stirred": "stir", "from": 0.014, "to": 0.019, "hardening": hardening, "strain": 0.05, "out": "seam"}
+        last = run_lammps("in.seam", 2, choices, tmp_path).ok().stdout.split("in.seam: strength ")[1].split()
+        assert abs(float(last[last.index("imbalance") + 1])) < 1e-3
+        strength[seam, hardening] = float(last[0])
+        assert read_csv(tmp_path / "seam.csv")["stress"].max() == pytest.approx(1e6 * strength[seam, hardening], rel=1e-4)
+    assert strength["no", "kept"] == strength["no", "forgotten"] > 300.0 and strength["yes", "kept"] < 0.02 * strength["no", "kept"]
+    refused = run_lammps("in.seam", 1, {"stirred": "stir"}, tmp_path)
+    assert refused.returncode == 1 and "ERROR: in.seam: the pin has not passed any strip" in refused.stdout

@@ -1,0 +1,146 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
+"""Friction stir: torque, temperatures, wake and the strength of the seam of in.stir and in.seam, with the controls that say which rules matter.
+
+Plates of 3000 spheres of aluminium 2024-T351. About 70 minutes on one core, most of it for nine turns of the pin and for the speed of 5 m/s; --ranks 2 takes two cores.
+"""
+
+import re
+
+from study import CHECKOUT, DECKS, Study
+import numpy as np
+from scipy.spatial import cKDTree
+
+from evp import curves, dump
+from evp.calibration import MISES
+from metals import METALS
+
+NAME = "aluminium_2024T351"
+POTENTIALS = CHECKOUT / "potentials" / "metals.evp"
+A, B, N = METALS[NAME].law
+LENGTH, WIDTH, HEIGHT = 0.026, 0.022, 0.005  # of the plate [m]
+PIN, DEPTH, TMELT, SPEED, ADVANCE = 0.0025, 0.0025, 775.0, 10.0, 0.00075  # of in.stir
+WHOLE, SHORT = {"dwell": 1, "turns": 8}, {"dwell": 1, "turns": 1}
+FAR = {"from": 0.0133, "to": 0.0183}  # a strip that the pin does not touch [m]
+MPA = 1e6
+COLUMN = 2.0  # width of the columns of the wake, in mean diameters
+POINTS = 400_000  # in the wake
+STUCK = "pair_coeff      1 {} evp/lj ${{row_e1}} ${{row_m1}} ${{row_n1}} ${{row_e2}} ${{row_m2}} ${{row_n2}} $(10*v_row_xi_s) ${{row_gamma}} ${{row_alpha}} limit own"
+# Of the deck, line for line: a shoulder that sticks as the pin does.
+STICKS = ((r"^pair_coeff +1 3 granular hooke.*", STUCK.format(3).replace(" limit own", " spacing ${row_spacing} coordination ${row_coordination} limit own")),
+          (r"^pair_coeff +3 3 none", "pair_coeff 3 3 granular hooke 1 0.5 tangential linear_nohistory 1 0"), (r"^pair_coeff +1 3 granular \${tool_contact}", ""))
+SLIPS = "pair_coeff 1 2 evp/lj ${row_words} conductivity $(v_row_conductivity*v_scale)\n"  # a pin that holds as the plate does
+FRAMES = """variable frame equal $(25*v_row)
+dump frames all custom ${frame} ${out}_frames.dump id type mol x y z radius c_temperature c_state[*]
+dump_modify frames sort id time yes units yes format float %.6g colname c_temperature temperature ${state_titles}
+"""
+
+
+def cold_row():
+    """Coefficients of the metal without softening and melting."""
+    row = re.search(rf"^{NAME} (.*)", POTENTIALS.read_text(encoding="utf-8"), re.M)[1]
+    return re.sub(r"(soften( \S+){3}|melt \S+) ?", "", row).strip()
+
+
+def edited(runs, name, changes):
+    """A copy of in.stir with other lines."""
+    text = (DECKS / "in.stir").read_text(encoding="utf-8").replace("${here}", str(DECKS))
+    for pattern, line in changes:
+        text, count = re.subn(pattern, lambda _: line, text, flags=re.M)
+        if count != 1:
+            raise ValueError(f"in.stir has {count} lines '{pattern}', not one")
+    path = runs.folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+class Stirred:
+    """A run of in.stir: its curve, what it printed, the plate at the end and where the pin has passed."""
+
+    def __init__(self, runs, name, text):
+        self.text, self.seconds = text, runs.seconds(name)
+        names = (runs.folder / f"{name}.csv").read_text(encoding="utf-8").partition("\n")[0].split(",")
+        self.curve = curves.read_columns(runs.folder / f"{name}.csv", names)
+        self.state = dump.index([runs.folder / f"{name}_state.dump"])[-1].read()
+        self.wake = {key: float(value) for key, value in re.findall(r"^variable (\w+) string (\S+)", (runs.folder / f"{name}.wake").read_text(encoding="utf-8"), re.M)}
+
+    def last(self, column, turns=1.0):
+        """Mean of a column over the last turns, by time."""
+        return self.between(column, self.curve["turns"][-1] - turns, self.curve["turns"][-1])
+
+    def between(self, column, start, end):
+        """Mean of a column between two numbers of turns, by time."""
+        turns, at = self.curve["turns"], np.linspace(start, end, 400)
+        return float(np.mean(np.interp(at, turns, self.curve[column])))
+
+    @property
+    def torque(self):
+        """Of the pin, row by row [N m]."""
+        return -self.curve["torque_pin"]
+
+    @property
+    def axis(self):
+        """Of the pin at the end [m], along x."""
+        return self.wake["path_end"] + PIN + 2.0 * np.mean(self.state["radius"])
+
+    def near(self, distance):
+        """Temperatures of the plate within a distance of the pin, above its end [K]."""
+        state = self.state
+        rho = np.hypot(state["x"] - self.axis, state["y"])
+        return state["temperature"][(state["type"] == 1) & (rho < PIN + distance) & (state["z"] > self.wake["top"] - DEPTH)]
+
+    def wake_measures(self):
+        """Of what the pin has passed: share of points farther than a mean diameter from all spheres, solid fraction, the least of its columns; of the plate the share of spheres that rose by more than a diameter above it."""
+        state = self.state
+        plate = state["type"] != 3
+        centers, radius = np.stack([state[c][plate] for c in "xyz"], axis=1), state["radius"][plate]
+        d = 2.0 * float(np.mean(radius))
+        low = np.array([self.wake["path_start"], -PIN, self.wake["top"] - DEPTH])
+        high = np.array([self.wake["path_end"], PIN, self.wake["top"]])
+        points = np.random.default_rng(1).uniform(low, high, (POINTS, 3))
+        tree = cKDTree(centers)
+        distance, nearest = tree.query(points, k=6)
+        solid = np.any(distance < radius[nearest], axis=1)
+        cells = tuple(((points - low) // (COLUMN * d)).astype(int)[:, :2].T)
+        shape = tuple(np.maximum(((high - low) // (COLUMN * d)).astype(int)[:2], 1))
+        inside = (cells[0] < shape[0]) & (cells[1] < shape[1])
+        column = np.ravel_multi_index((cells[0][inside], cells[1][inside]), shape)
+        fractions = np.bincount(column, solid[inside]) / np.bincount(column)
+        out = np.mean(centers[:, 2] > self.wake["top"] + 0.5 * d)
+        return float(np.mean(distance[:, 0] > d)), float(np.mean(solid)), float(fractions.min()), float(out)
+
+
+def slip_torque(beyond):
+    """Of the flow stress in shear at a plastic strain of 2, the last of the row, on a cylinder and half a ball that are so much wider than the pin [N m]."""
+    r = PIN + beyond
+    return (2.0 * np.pi * r**2 * DEPTH + 2.0 / 3.0 * np.pi * r**3) * (A + B * 2.0**N) / MISES
+
+
+def main(words=None):
+    with Study(__doc__, "stir", ranks=2).started(words) as study:
+        runs = study.runs
+        (runs.folder / "frames.lmp").write_text(FRAMES, encoding="utf-8")
+        (runs.folder / "slips.lmp").write_text(SLIPS, encoding="utf-8")
+        plates = {seed: runs.body(f"plate_{seed}", n=3000, shape="block", length=LENGTH, width=WIDTH, height=HEIGHT, seed=seed) for seed in (1, 2)}
+        hot, cold = {"material": f"{POTENTIALS}:{NAME}"}, {"coeff": cold_row()}
+        plan = {  # name: choices
+            "seam": {**hot, **WHOLE, "seam": "yes", "also": "frames.lmp"}, "whole": {**hot, "dwell": 0, "turns": 0}, "apart": {**hot, "dwell": 0, "turns": 0, "seam": "yes"},
+            "short": {**hot, **SHORT}, "seed": {**hot, **SHORT, "specimen": plates[2]}, "slow": {**hot, **SHORT, "speed": 5}, "one_rank": {**hot, "dwell": 0.1, "turns": 0},
+            "two_ranks": {**hot, "dwell": 0.1, "turns": 0}, "cold": {**cold, **SHORT}, "cold_alone": {**cold, "dwell": 0.6, "turns": 0, "shoulder": 0},
+            "alone": {**hot, "dwell": 0.6, "turns": 0, "shoulder": 0}, "slips": {**hot, "dwell": 0.6, "turns": 0, "shoulder": 0, "also": "slips.lmp"},
+            "sticks": {**hot, "dwell": 1, "turns": 2}}
+        cost = {"seam": 9.0, "slow": 4.0, "sticks": 3.0, "whole": 0.01, "apart": 0.01}
+        found = {}
+        for name in study.each(plan, str, lambda name: cost.get(name, plan[name]["dwell"] + plan[name]["turns"])):
+            deck = edited(runs, "in.stir_sticks", STICKS) if name == "sticks" else "in.stir"
+            ranks = {"one_rank": 1, "two_ranks": 2}.get(name, study.ranks)
+            found[name] = Stirred(runs, name, runs.run(deck, name, ranks, **{"specimen": plates[1], **plan[name]}))
+        strength = {}
+        for name, stirred, more in (("uncut", "whole", FAR), ("never", "apart", FAR), ("kept", "seam", {}), ("forgotten", "seam", {"hardening": "forgotten"})):
+            text = runs.run("in.seam", f"pull_{name}", stirred=stirred, **more)
+            strength[name] = float(re.search(r"strength (\S+) MPa", text)[1])
+        print(found, strength)
+
+
+if __name__ == "__main__":
+    main()
