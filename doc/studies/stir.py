@@ -6,12 +6,13 @@ Plates of 3000 spheres of aluminium 2024-T351. About 70 minutes on one core, mos
 """
 
 import re
+import sys
 
-from study import CHECKOUT, DECKS, Study
+from study import CHECKOUT, DECKS, Study, output_of, store_picture
 import numpy as np
 from scipy.spatial import cKDTree
 
-from evp import curves, dump
+from evp import curves, dump, figures
 from evp.calibration import MISES
 from metals import METALS
 
@@ -90,7 +91,8 @@ class Stirred:
         return state["temperature"][(state["type"] == 1) & (rho < PIN + distance) & (state["z"] > self.wake["top"] - DEPTH)]
 
     def wake_measures(self):
-        """Of what the pin has passed: share of points farther than a mean diameter from all spheres, solid fraction, the least of its columns; of the plate the share of spheres that rose by more than a diameter above it."""
+        """Of what the pin has passed: share of points farther than a mean diameter from all spheres, solid fraction, that of its least solid column; of the plate the share of
+        spheres that are above it."""
         state = self.state
         plate = state["type"] != 3
         centers, radius = np.stack([state[c][plate] for c in "xyz"], axis=1), state["radius"][plate]
@@ -116,6 +118,86 @@ def slip_torque(beyond):
     return (2.0 * np.pi * r**2 * DEPTH + 2.0 / 3.0 * np.pi * r**3) * (A + B * 2.0**N) / MISES
 
 
+def percent(value, other):
+    """By how much a value differs from another one."""
+    return f"{100.0 * (value / other - 1.0):+.1f} %"
+
+
+def rows_by_turn(run):
+    """Table of what happens in each turn."""
+    header = ("turn", "torque of pin [N m]", "of shoulder [N m]", "first layer", "second layer", "mean T [K]", "highest [K]", "near the pin [K]", *(f"{k} [K]" for k in range(1, 6)))
+    rows = []
+    for start in np.arange(round(run.curve["turns"][-1])):
+        inside = (run.curve["turns"] > start) & (run.curve["turns"] <= start + 1.0)
+        mean = {name: run.between(name, start, start + 1.0) for name in run.curve}
+        rows.append((f"{start + 1:g}", f"{-mean['torque_pin']:.1f}", f"{-mean['torque_shoulder']:.1f}", f"{mean['follow_first']:.2f}", f"{mean['follow_second']:.2f}",
+                     f"{mean['temperature']:.0f}", f"{run.curve['temperature_highest'][inside].max():.1f}", f"{mean['temperature_near']:.0f}",
+                     *(f"{mean[f'thermocouple_{k}']:.0f}" for k in range(1, 6))))
+    return header, rows
+
+
+def draw(study, run):
+    """Torques and temperatures over the turns."""
+    with figures.plt.rc_context(figures.LOOK):
+        figure, axes = figures.plt.subplots(1, 2, figsize=(10.0, 4.2))
+        panels = ((("torque_pin", "pin"), ("torque_shoulder", "shoulder")), (("temperature_highest", "highest"), ("temperature_near", "within 1.5 mm of the pin"),
+                  *((f"thermocouple_{k}", f"thermocouple {k}") for k in (1, 3, 5))))
+        rows = []
+        for axis, lines in zip(axes, panels):
+            for k, (name, label) in enumerate(lines):
+                values = -run.curve[name] if name.startswith("torque") else run.curve[name]
+                values = np.convolve(values, np.full(9, 1 / 9), "same")[4:-4] if name.startswith("torque") else values[4:-4]
+                axis.plot(run.curve["turns"][4:-4], values, label=label, **figures.line_style(k))
+                rows += [(label, f"{turns:.4g}", f"{value:.5g}") for turns, value in zip(run.curve["turns"][4:-4], values)]
+            axis.set(xlim=(0, None), ylim=(0, None), xlabel="turns", ylabel="torque [N m]" if axis is axes[0] else "temperature [K]")
+            figures.legend_below(axis, 2)
+        return study.save(figure, ("curve", "turns", "value"), rows)
+
+
+def draw_plates(study):
+    """The two plates and their temperatures from above, without the tool, and a film of the plates."""
+    folder, view = study.runs.folder, [sys.executable, CHECKOUT / "tools" / "view.py"]
+    inside = ["--cut", "type>1.5", "--cut", f"z>{0.0005 + HEIGHT / 2 - DEPTH / 2}", "--view", "top", "--pixels", 520]
+    for name, more in (("stir_plates.png", ["--color", "mol", "--strip", 3]), ("stir_temperatures.png", ["--color", "temperature", "--strip", 3]),
+                       ("stir.gif", ["--color", "mol", "--film", "stir.gif"])):
+        out = [] if "--film" in more else ["--out", name]
+        output_of(list(map(str, [*view, "seam_frames.dump", *inside, *more, *out])), folder, name)
+        store_picture(folder / name, study.out.parent / "figures")
+
+
+def page(found, strength):
+    """Values of the page."""
+    seam, short, sticks = (found[name] for name in ("seam", "short", "sticks"))
+    d = 2.0 * float(np.mean(seam.state["radius"]))
+    near = seam.near(0.0015) / TMELT
+    measures = {name: found[name].wake_measures() for name in ("seam", "sticks", "short")}
+    largest_heat = max(abs(float(re.search(r"heat imbalance (\S+) of", run.text)[1])) for run in found.values())
+    balance = {name: abs(run.curve["energy_imbalance"][-1] / run.curve["plastic_work"][-1]) for name, run in found.items() if run.curve["plastic_work"][-1] > 0.0}
+    cold_torque, alone_torque = (-found[name].between("torque_pin", 0.1, 0.3) for name in ("cold_alone", "alone"))
+    torque = {name: -found[name].last("torque_pin") for name in ("short", "seed", "slow", "cold")}
+    one, two = (-found[name].between("torque_pin", 0.03, 0.1) for name in ("one_rank", "two_ranks"))
+    peclet, inertia = re.search(r"Peclet number of the pin (\S+), inertia \S+ (\S+)", seam.text).groups()
+    wake = (("", "void share", "solid fraction", "least of its columns", "spheres out"),
+            [(label, f"{100 * void:.2f} %", f"{solid:.3f}", f"{least:.3f}", f"{100 * out:.2f} %") for label, (void, solid, least, out) in (
+                ("shoulder that rubs, after nine turns", measures["seam"]), ("the same after two", measures["short"]), ("shoulder that sticks as the pin does, after three", measures["sticks"]))])
+    pulls = (("strip", "strength [MPa]", "over that of the uncut plate"),
+             [(label, f"{strength[name]:.1f}", f"{strength[name] / strength['uncut']:.3f}") for label, name in (
+                 ("uncut plate", "uncut"), ("two plates that were never stirred", "never"), ("stirred, hardening kept", "kept"), ("stirred, hardening forgotten", "forgotten"))])
+    first = {name: found[name].between("follow_first", 0.3, 0.6) for name in ("alone", "slips")}
+    return {"turns": rows_by_turn(seam), "wake": wake, "pulls": pulls, "d": f"{1e3 * d:.2f}", "pin": f"{1e3 * PIN:g}", "depth": f"{1e3 * DEPTH:g}", "tmelt": f"{TMELT:g}",
+            "first": f"{seam.last('follow_first', 8.0):.2f}", "second": f"{seam.last('follow_second', 8.0):.2f}", "sticks": f"{first['alone']:.2f}", "slips": f"{first['slips']:.2f}",
+            "cold_torque": f"{cold_torque:.0f}", "outside": f"{slip_torque(d):.0f}", "outside_ratio": f"{cold_torque / slip_torque(d):.2f}",
+            "inside": f"{slip_torque(0.5 * d):.0f}", "inside_ratio": f"{cold_torque / slip_torque(0.5 * d):.2f}",
+            "hot": f"{torque['short']:.0f}", "hot_ratio": f"{torque['short'] / cold_torque:.2f}", "end": f"{-seam.last('torque_pin'):.0f}", "alone": f"{alone_torque:.0f}",
+            "highest": f"{seam.curve['temperature_highest'].max() / TMELT:.4f}", "near": f"{near.mean():.2f}", "near_95": f"{np.quantile(near, 0.95):.3f}",
+            "unsoftened": f"{found['cold'].curve['temperature_highest'].max() / TMELT:.2f}", "seed": percent(torque["seed"], torque["short"]), "slow": percent(torque["slow"], torque["short"]),
+            "ranks_differ": percent(two, one), "balance": f"{balance['seam']:.1e}", "balances": f"{max(balance.values()):.1e}", "heat": f"{largest_heat:.0e}",
+            "peclet": peclet, "inertia": inertia, "force_z": f"{seam.last('force_z') / 1e3:.1f}",
+            "share": f"{100 * seam.last('torque_shoulder') / (seam.last('torque_shoulder') + seam.last('torque_pin')):.0f}",
+            "minutes": f"{seam.seconds / 60.0:.0f}", "kept": f"{strength['kept'] / strength['uncut']:.2f}", "forgotten": f"{strength['forgotten'] / strength['uncut']:.2f}",
+            "never": f"{strength['never'] / strength['uncut']:.3f}"}
+
+
 def main(words=None):
     with Study(__doc__, "stir", ranks=2).started(words) as study:
         runs = study.runs
@@ -139,7 +221,9 @@ def main(words=None):
         for name, stirred, more in (("uncut", "whole", FAR), ("never", "apart", FAR), ("kept", "seam", {}), ("forgotten", "seam", {"hardening": "forgotten"})):
             text = runs.run("in.seam", f"pull_{name}", stirred=stirred, **more)
             strength[name] = float(re.search(r"strength (\S+) MPa", text)[1])
-        print(found, strength)
+        draw(study, found["seam"])
+        draw_plates(study)
+        study.write(**page(found, strength))
 
 
 if __name__ == "__main__":
