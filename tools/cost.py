@@ -28,7 +28,7 @@ from evp.run import CHECKOUT, RunError, ended, format_seconds, lammps_command, l
 
 MEASURED = CHECKOUT / "doc" / "accuracy_errors.csv"
 MARK = "cost.py:"  # begins the lines that part the output
-EFFECTS = "evp/energy", "evp/volume", "dt/evp"  # fixes that a run does without
+EFFECTS = "evp/energy", "evp/volume", "evp/heat", "dt/evp"  # fixes that a run does without
 OUTPUT = re.compile(r"ave/\w+|print|halt|vector")  # fixes that may refer to them
 LOOP = re.compile(r"^Loop time of (\S+) on \d+ procs for (\d+) steps with (\d+) atoms", re.M)
 LOAD = re.compile(r"^([\d.]+)% CPU use", re.M)  # of the processor in a loop: less than 100 beside other programs

@@ -17,6 +17,7 @@ import metals
 import notched_tension
 import numpy as np
 import pytest
+import stir
 import study
 from accuracy_cost import SCENES, Run
 from evp import calibration, curves, run, specimen
@@ -26,6 +27,34 @@ from evp.run import CHECKOUT, DECKS, RunError
 from metals import METALS
 from notched_tension import CONSTANT, INVERSE, POWER
 from study import Study
+
+# ---- stir: what is left behind the pin ----
+
+
+def lattice_plate(gone=()):
+    """Spheres of 1 mm on a cubic lattice as a plate that the pin has passed along its whole length; without some of them."""
+    run = stir.Stirred.__new__(stir.Stirred)
+    x, y, z = (values.ravel() for values in np.meshgrid(np.arange(0.5, 12), np.arange(-7.5, 8), np.arange(-2.0, 2.5), indexing="ij"))
+    stays = ~np.isin(np.arange(len(x)), gone)
+    run.state = {name: 1e-3 * values[stays] for name, values in (("x", x), ("y", y), ("z", z), ("radius", np.full(len(x), 0.5)))}
+    run.state.update(type=np.ones(int(stays.sum())), temperature=np.full(int(stays.sum()), 500.0))
+    run.wake = {"top": 2.5e-3, "path_start": 1e-3, "path_end": 11e-3}
+    return run, 1e-3 * np.stack([x, y, z], axis=1)
+
+
+def test_wake_of_a_lattice():
+    """It is solid to pi/6 everywhere, without voids; a hole is a void and a column of its own, and spheres that lie on top are out."""
+    whole, at = lattice_plate()
+    void, solid, least, out = whole.wake_measures()
+    assert (void, out) == (0.0, 0.0) and (solid, least) == (pytest.approx(np.pi / 6, rel=0.01), pytest.approx(np.pi / 6, rel=0.06))
+    hole = np.flatnonzero((np.abs(at[:, 0] - 4e-3) < 1e-3) & (np.abs(at[:, 1] + 1.5e-3) < 1.1e-3) & (at[:, 2] > -0.5e-3))
+    holed, _ = lattice_plate(hole)
+    void_now, solid_now, least_now, _ = holed.wake_measures()
+    assert 0.005 < void_now < 0.2 and solid_now < solid and least_now < 0.5 * least
+    whole.state["z"][:10] += 6e-3
+    assert whole.wake_measures()[3] == pytest.approx(10 / len(at))
+    assert len(whole.near(3e-3)) > 10 and np.all(whole.near(3e-3) == 500.0)
+
 
 # ---- any_body: which differences it judges ----
 
