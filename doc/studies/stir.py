@@ -26,9 +26,10 @@ FAR = {"from": 0.0133, "to": 0.0183}  # a strip that the pin does not touch [m]
 MPA = 1e6
 COLUMN = 2.0  # width of the columns of the wake, in mean diameters
 POINTS = 400_000  # in the wake
-STUCK = "pair_coeff      1 {} evp/lj ${{row_e1}} ${{row_m1}} ${{row_n1}} ${{row_e2}} ${{row_m2}} ${{row_n2}} $(10*v_row_xi_s) ${{row_gamma}} ${{row_alpha}} limit own"
+STUCK = ("pair_coeff 1 3 evp/lj ${row_e1} ${row_m1} ${row_n1} ${row_e2} ${row_m2} ${row_n2} ${stick} ${row_gamma} ${row_alpha} spacing ${row_spacing} "
+         "coordination ${row_coordination} limit own")
 # Of the deck, line for line: a shoulder that sticks as the pin does.
-STICKS = ((r"^pair_coeff +1 3 granular hooke.*", STUCK.format(3).replace(" limit own", " spacing ${row_spacing} coordination ${row_coordination} limit own")),
+STICKS = ((r"^pair_coeff +1 3 granular hooke.*", STUCK),
           (r"^pair_coeff +3 3 none", "pair_coeff 3 3 granular hooke 1 0.5 tangential linear_nohistory 1 0"), (r"^pair_coeff +1 3 granular \${tool_contact}", ""))
 SLIPS = "pair_coeff 1 2 evp/lj ${row_words} conductivity $(v_row_conductivity*v_scale)\n"  # a pin that holds as the plate does
 FRAMES = """variable frame equal $(25*v_row)
@@ -167,7 +168,7 @@ def draw_plates(study):
 
 def page(found, strength):
     """Values of the page."""
-    seam, short, sticks = (found[name] for name in ("seam", "short", "sticks"))
+    seam, short = found["seam"], found["short"]
     d = 2.0 * float(np.mean(seam.state["radius"]))
     near = seam.near(0.0015) / TMELT
     measures = {name: found[name].wake_measures() for name in ("seam", "sticks", "short")}
@@ -176,10 +177,10 @@ def page(found, strength):
     cold_torque, alone_torque = (-found[name].between("torque_pin", 0.1, 0.3) for name in ("cold_alone", "alone"))
     torque = {name: -found[name].last("torque_pin") for name in ("short", "seed", "slow", "cold")}
     one, two = (-found[name].between("torque_pin", 0.03, 0.1) for name in ("one_rank", "two_ranks"))
-    peclet, inertia = re.search(r"Peclet number of the pin (\S+), inertia \S+ (\S+)", seam.text).groups()
+    peclet, inertia = re.search(r"Peclet number of the pin (\S+), inertia: rho v\^2 is (\S+) ", seam.text).groups()
     wake = (("", "void share", "solid fraction", "least of its columns", "spheres out"),
             [(label, f"{100 * void:.2f} %", f"{solid:.3f}", f"{least:.3f}", f"{100 * out:.2f} %") for label, (void, solid, least, out) in (
-                ("shoulder that rubs, after nine turns", measures["seam"]), ("the same after two", measures["short"]), ("shoulder that sticks as the pin does, after three", measures["sticks"]))])
+                ("two plates, after nine turns", measures["seam"]), ("one plate, after two turns", measures["short"]), ("shoulder that sticks as the pin does, after three", measures["sticks"]))])
     pulls = (("strip", "strength [MPa]", "over that of the uncut plate"),
              [(label, f"{strength[name]:.1f}", f"{strength[name] / strength['uncut']:.3f}") for label, name in (
                  ("uncut plate", "uncut"), ("two plates that were never stirred", "never"), ("stirred, hardening kept", "kept"), ("stirred, hardening forgotten", "forgotten"))])
@@ -189,11 +190,12 @@ def page(found, strength):
             "cold_torque": f"{cold_torque:.0f}", "outside": f"{slip_torque(d):.0f}", "outside_ratio": f"{cold_torque / slip_torque(d):.2f}",
             "inside": f"{slip_torque(0.5 * d):.0f}", "inside_ratio": f"{cold_torque / slip_torque(0.5 * d):.2f}",
             "hot": f"{torque['short']:.0f}", "hot_ratio": f"{torque['short'] / cold_torque:.2f}", "end": f"{-seam.last('torque_pin'):.0f}", "alone": f"{alone_torque:.0f}",
-            "highest": f"{seam.curve['temperature_highest'].max() / TMELT:.4f}", "near": f"{near.mean():.2f}", "near_95": f"{np.quantile(near, 0.95):.3f}",
+            "highest": f"{seam.curve['temperature_highest'].max() / TMELT:.4f}", "near": f"{near.mean():.2f}", "near_95": f"{np.quantile(near, 0.95):.3f}", "near_4": f"{seam.near(0.004).mean() / TMELT:.2f}",
             "unsoftened": f"{found['cold'].curve['temperature_highest'].max() / TMELT:.2f}", "seed": percent(torque["seed"], torque["short"]), "slow": percent(torque["slow"], torque["short"]),
             "ranks_differ": percent(two, one), "balance": f"{balance['seam']:.1e}", "balances": f"{max(balance.values()):.1e}", "heat": f"{largest_heat:.0e}",
             "peclet": peclet, "inertia": inertia, "force_z": f"{seam.last('force_z') / 1e3:.1f}",
             "share": f"{100 * seam.last('torque_shoulder') / (seam.last('torque_shoulder') + seam.last('torque_pin')):.0f}",
+            "stuck_void": f"{100 * measures['sticks'][0]:.1f} %", "stuck_least": f"{measures['sticks'][2]:.2f}", "stuck_out": f"{100 * measures['sticks'][3]:.1f} %",
             "minutes": f"{seam.seconds / 60.0:.0f}", "kept": f"{strength['kept'] / strength['uncut']:.2f}", "forgotten": f"{strength['forgotten'] / strength['uncut']:.2f}",
             "never": f"{strength['never'] / strength['uncut']:.3f}"}
 
