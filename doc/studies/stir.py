@@ -32,7 +32,7 @@ STUCK = ("pair_coeff 1 3 evp/lj ${row_e1} ${row_m1} ${row_n1} ${row_e2} ${row_m2
 STICKS = ((r"^pair_coeff +1 3 granular hooke.*", STUCK),
           (r"^pair_coeff +3 3 none", "pair_coeff 3 3 granular hooke 1 0.5 tangential linear_nohistory 1 0"), (r"^pair_coeff +1 3 granular \${tool_contact}", ""))
 SLIPS = "pair_coeff 1 2 evp/lj ${row_words} conductivity $(v_row_conductivity*v_scale)\n"  # a pin that holds as the plate does
-FRAMES = """variable frame equal $(25*v_row)
+FRAMES = """variable frame equal $(25*v_row_steps)
 dump frames all custom ${frame} ${out}_frames.dump id type mol x y z radius c_temperature c_state[*]
 dump_modify frames sort id time yes units yes format float %.6g colname c_temperature temperature ${state_titles}
 """
@@ -168,7 +168,7 @@ def draw_plates(study):
 
 def page(found, strength):
     """Values of the page."""
-    seam, short = found["seam"], found["short"]
+    seam = found["seam"]
     d = 2.0 * float(np.mean(seam.state["radius"]))
     near = seam.near(0.0015) / TMELT
     measures = {name: found[name].wake_measures() for name in ("seam", "sticks", "short")}
@@ -180,7 +180,8 @@ def page(found, strength):
     peclet, inertia = re.search(r"Peclet number of the pin (\S+), inertia: rho v\^2 is (\S+) ", seam.text).groups()
     wake = (("", "void share", "solid fraction", "least of its columns", "spheres out"),
             [(label, f"{100 * void:.2f} %", f"{solid:.3f}", f"{least:.3f}", f"{100 * out:.2f} %") for label, (void, solid, least, out) in (
-                ("two plates, after nine turns", measures["seam"]), ("one plate, after two turns", measures["short"]), ("shoulder that sticks as the pin does, after three", measures["sticks"]))])
+                ("two plates, after nine turns", measures["seam"]), ("one plate, after two turns", measures["short"]),
+                ("shoulder that sticks as the pin does, after three", measures["sticks"]))])
     pulls = (("strip", "strength [MPa]", "over that of the uncut plate"),
              [(label, f"{strength[name]:.1f}", f"{strength[name] / strength['uncut']:.3f}") for label, name in (
                  ("uncut plate", "uncut"), ("two plates that were never stirred", "never"), ("stirred, hardening kept", "kept"), ("stirred, hardening forgotten", "forgotten"))])
@@ -190,7 +191,8 @@ def page(found, strength):
             "cold_torque": f"{cold_torque:.0f}", "outside": f"{slip_torque(d):.0f}", "outside_ratio": f"{cold_torque / slip_torque(d):.2f}",
             "inside": f"{slip_torque(0.5 * d):.0f}", "inside_ratio": f"{cold_torque / slip_torque(0.5 * d):.2f}",
             "hot": f"{torque['short']:.0f}", "hot_ratio": f"{torque['short'] / cold_torque:.2f}", "end": f"{-seam.last('torque_pin'):.0f}", "alone": f"{alone_torque:.0f}",
-            "highest": f"{seam.curve['temperature_highest'].max() / TMELT:.4f}", "near": f"{near.mean():.2f}", "near_95": f"{np.quantile(near, 0.95):.3f}", "near_4": f"{seam.near(0.004).mean() / TMELT:.2f}",
+            "highest": f"{seam.curve['temperature_highest'].max() / TMELT:.4f}", "near": f"{near.mean():.2f}", "near_95": f"{np.quantile(near, 0.95):.3f}",
+            "near_4": f"{seam.near(0.004).mean() / TMELT:.2f}",
             "unsoftened": f"{found['cold'].curve['temperature_highest'].max() / TMELT:.2f}", "seed": percent(torque["seed"], torque["short"]), "slow": percent(torque["slow"], torque["short"]),
             "ranks_differ": percent(two, one), "balance": f"{balance['seam']:.1e}", "balances": f"{max(balance.values()):.1e}", "heat": f"{largest_heat:.0e}",
             "peclet": peclet, "inertia": inertia, "force_z": f"{seam.last('force_z') / 1e3:.1f}",
