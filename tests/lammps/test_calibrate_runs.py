@@ -158,9 +158,9 @@ def test_a_metal_that_hardly_hardens(tmp_path):
 
 
 def test_row_of_a_slender_body_meets_the_targets_in_it(tmp_path):
-    """By -var material on that body, over its middle."""
+    """By -var material on that body, over its middle. Both ways: test_doc_tutorial.py."""
     run_lammps("in.specimen", 1, {"n": 200, "length": 0.08, "radius": 0.01, "out": "bar.data"}, tmp_path).ok()
-    calibrate(tmp_path, words=[*BAR, "--name", "bar", "--body", "bar.data"])
+    calibrate(tmp_path, words=[*BAR, "--tension", "--name", "bar", "--body", "bar.data"])
     assert "body bar.data, 1 ranks" in (tmp_path / "my.evp").read_text(encoding="utf-8")
     run_lammps("in.quasistatic", 1, {"specimen": "bar.data", "material": "my.evp:bar", "strain": 0.006, "increment": 0.0001, "out": "pull"}, tmp_path).ok()
     curve = curves.read_curve(tmp_path / "pull.csv", "strain_gauge")
