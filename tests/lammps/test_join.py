@@ -11,7 +11,7 @@ import pytest
 from evp import law
 from flowing import ROW as FLOWING
 from flowing import SHAKE, largest_difference, read_pairs
-from lammps_run import REPOSITORY, run_lammps, write_data, write_state
+from lammps_run import REPOSITORY, run_lammps, thermo_blocks, write_data, write_state
 from oracle import metal
 from small_bodies import dump, head, mass_of, pair, thermo
 
@@ -43,12 +43,25 @@ def deck(beta, newton="on", start=f"read_data {DATA}/join_start_1000.data", skin
     return head(newton, "p p p", start, skin=skin) + style(beta) + fix + SHEAR
 
 
+SHOWN = f"thermo {ROWS}\n" + thermo("f_rows f_bonds f_bonds[4] f_bonds[5] f_bonds[6] f_energy f_energy[9]")
+WAY = 3 * ROWS  # to a strain of 0.6
+
+
+@pytest.fixture(scope="module")
+def all_the_way(tmp_path_factory):
+    """With 1.3; on the way, at a strain of 0.24, the state as a restart file and as text."""
+    state = "run 4000\nwrite_restart state.rst\nwrite_data state.data nocoeff\nwrite_evp_bonds state.bonds\n"
+    return run_lammps(f"{deck(1.3)}{START}{SHOWN}{state}run {WAY - 4000}\n", 2, {}, tmp_path_factory.mktemp("sheared")).ok()
+
+
 @pytest.mark.parametrize("beta", [1.2, 1.3])
-def test_simple_shear(lmp, beta):
+def test_simple_shear(lmp, all_the_way, beta):
     """Stress, bonds and events to a strain of 0.6 as the independent program has them; the energies close."""
     rows = REFERENCE["cases"][f"join {beta}"][:3]
-    text = deck(beta) + START + f"thermo {ROWS}\n" + thermo("f_rows f_bonds f_bonds[4] f_bonds[5] f_bonds[6] f_energy f_energy[9]") + f"run {3 * ROWS}\n"
-    table = lmp(text, 2).ok().thermo()
+    run = all_the_way if beta == 1.3 else lmp(f"{deck(beta)}{START}{SHOWN}run {WAY}\n").ok()
+    blocks = thermo_blocks(run.stdout)
+    table = {name: np.concatenate([block[name][block["Step"] % ROWS == 0] for block in blocks]) for name in blocks[0]}
+    assert table["Step"].tolist() == [0, ROWS, 2 * ROWS, WAY]
     assert table["f_rows"][1:] / 1e6 == pytest.approx([row["tau_MPa"] for row in rows], rel=0.02)
     for name, key in (("f_bonds[6]", "joined"), ("f_bonds[5]", "left")):
         assert table[name][1:] == pytest.approx([row[key] for row in rows], rel=0.1, abs=6)
@@ -62,11 +75,9 @@ def events(lmp, folder, ranks, text):
 
 
 @pytest.fixture(scope="module")
-def sheared(tmp_path_factory):
-    """The bonds after 0.1 of strain from a state in which they meet often, and that state, as a restart file and as text."""
-    folder = tmp_path_factory.mktemp("sheared")
-    state = "run 4000\nwrite_restart state.rst\nwrite_data state.data nocoeff\nwrite_evp_bonds state.bonds\n"
-    run_lammps(deck(1.3) + START + state, 2, {}, folder).ok()
+def sheared(all_the_way):
+    """The bonds after 0.1 of strain from a state in which they meet often, in a folder that has that state."""
+    folder = all_the_way.folder
     run_lammps(go_on(folder, "text") + "write_evp_bonds end.bonds\n", 1, {}, folder).ok()
     found = read_pairs(folder / "end.bonds")
     assert found.joined - read_pairs(folder / "state.bonds").joined > 30, "control"
