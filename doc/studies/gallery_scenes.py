@@ -210,22 +210,18 @@ def adiabatic(folder, _):
             Number("%", 100.0 * curve["energy_imbalance"][-1] / curve["plastic_work"][-1], 0.0)]
 
 
-def stir(folder, _):
+def stir(folder, text):
     """Torque of the pin, cold and hot, what follows it, and temperatures; strength of the seam over that of the uncut plate."""
     names = ("turns", "torque_pin", "follow_first", "temperature_highest", "temperature_near", "energy_imbalance", "heat_imbalance")
     curve = curves.read_columns(folder / "stir.csv", names)
     hot = curve["turns"] > curve["turns"][-1] - 0.5
     torque, radius, depth = np.abs(curve["torque_pin"]), 0.0025 + 0.00102, 0.0025  # radius: of the pin and a sphere beside it, whose far side slips
     stress = (265e6 + 426e6) / math.sqrt(3.0)  # of 2024 at a plastic strain of 1, in shear
+    stirred, uncut = (float(value) for value in re.findall(r"^in.seam: strength (\S+) MPa", text, re.M))
     slips = (2.0 * math.pi * radius**2 * depth + 2.0 / 3.0 * math.pi * radius**3) * stress
     return [Number("N m", torque.max(), slips), Number("", torque[hot].mean() / torque.max()), Number("", curve["follow_first"][hot].mean(), 1.0),
-            Number("K", curve["temperature_highest"].max(), 775.0), Number("", curve["temperature_near"][-1] / 775.0)]
-
-
-def seam(_, text):
-    """Strength of the seam and of the uncut plate."""
-    stirred, uncut = (float(value) for value in re.findall(r"^in.seam: strength (\S+) MPa", text, re.M))
-    return [Number("MPa", stirred), Number("MPa", uncut), Number("", stirred / uncut)]
+            Number("K", curve["temperature_highest"].max(), 775.0), Number("", curve["temperature_near"][-1] / 775.0),
+            Number("MPa", stirred), Number("MPa", uncut), Number("", stirred / uncut)]
 
 
 SCENES = {  # picture on the page: its numbers, of (folder, printed text)
@@ -244,7 +240,6 @@ SCENES = {  # picture on the page: its numbers, of (folder, printed text)
     "slab.png": slab,
     "adiabatic.png": adiabatic,
     "stir.png": stir,
-    "seam.png": seam,
     "notched.png": notched,
     "impact.png": impact,
     "sliding.png": sliding,

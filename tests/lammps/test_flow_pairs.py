@@ -118,7 +118,8 @@ def test_a_body_of_two_types(lmp, tmp_path, small, contact, broken, newton, rank
 def test_a_plastic_strain_that_is_given(lmp, tmp_path, small, ranks, newton):
     """By fix_modify, to half of the spheres of a body that has flowed, at the first step: bonds beyond the lower limits are returned at fixed distance, what
     they stored is plastic work; the others stay as they are."""
-    text = head(newton) + flowing_pair(kv=0).replace(words(FLOWING), words(FLOWING) + flow_words((0, 1, 0.05, 3))) + SHAKE + "fix energy all evp/energy\n" + MOVE.replace("pe ke pxx pyz", "f_energy f_energy[9]").replace(" f_volume f_volume[1]", "")
+    text = head(newton) + flowing_pair(kv=0).replace(words(FLOWING), words(FLOWING) + flow_words((0, 1, 0.05, 3))) + SHAKE
+    text += "fix energy all evp/energy\n" + MOVE.replace("pe ke pxx pyz", "f_energy f_energy[9]").replace(" f_volume f_volume[1]", "")
     text += "run 200\nunfix move\nfix hold all nve/noforce\nvelocity all set 0 0 0\nrun 1\nwrite_evp_bonds before.bonds\n" + dump(every=1)
     text += "group odd id 1:1999:2\nfix_modify bonds plastic_strain odd 0\nrun 1\nwrite_evp_bonds after.bonds\n"
     run = lmp(text, ranks).ok()
