@@ -33,8 +33,8 @@ STICKS = ((r"^pair_coeff +1 3 granular hooke.*", STUCK),
           (r"^pair_coeff +3 3 none", "pair_coeff 3 3 granular hooke 1 0.5 tangential linear_nohistory 1 0"), (r"^pair_coeff +1 3 granular \${tool_contact}", ""))
 SLIPS = "pair_coeff 1 2 evp/lj ${row_words} conductivity $(v_row_conductivity*v_scale)\n"  # a pin that holds as the plate does
 FRAMES = """variable frame equal $(25*v_row_steps)
-dump frames all custom ${frame} ${out}_frames.dump id type mol x y z radius c_temperature c_state[*]
-dump_modify frames sort id time yes units yes format float %.6g colname c_temperature temperature ${state_titles}
+dump frames all custom ${frame} ${out}_frames.dump id type i_plate x y z radius c_temperature c_state[*]
+dump_modify frames sort id time yes units yes format float %.6g colname i_plate plate colname c_temperature temperature ${state_titles}
 """
 
 
@@ -159,8 +159,8 @@ def draw_plates(study):
     """The two plates and their temperatures from above, without the tool, and a film of the plates."""
     folder, view = study.runs.folder, [sys.executable, CHECKOUT / "tools" / "view.py"]
     inside = ["--cut", "type>1.5", "--cut", f"z>{0.0005 + HEIGHT / 2 - DEPTH / 2}", "--view", "top", "--pixels", 520]
-    for name, more in (("stir_plates.png", ["--color", "mol", "--strip", 3]), ("stir_temperatures.png", ["--color", "temperature", "--strip", 3]),
-                       ("stir.gif", ["--color", "mol", "--film", "stir.gif"])):
+    for name, more in (("stir_plates.png", ["--color", "plate", "--strip", 3]), ("stir_temperatures.png", ["--color", "temperature", "--strip", 3]),
+                       ("stir.gif", ["--color", "plate", "--film", "stir.gif"])):
         out = [] if "--film" in more else ["--out", name]
         output_of(list(map(str, [*view, "seam_frames.dump", *inside, *more, *out])), folder, name)
         store_picture(folder / name, study.out.parent / "figures")
