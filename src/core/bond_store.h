@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <string>
 #include <vector>
 
 namespace EVP {
@@ -117,6 +118,7 @@ class BondStore {
 
   /// A plastic strain for the spheres of a group, which waits for the next step that moves their limits.
   struct GivenStrain {
+    std::string group;
     int groupbit;
     double p;
   };
@@ -180,7 +182,7 @@ class BondStore {
   {
     return with_history &&
         std::any_of(spheres.begin(), spheres.begin() + nlocal, [](const Sphere &own) {
-             return own.work > 0.0;
+             return own.work > 0.0 || own.p > 0.0;
            });
   }
 

@@ -67,7 +67,8 @@ const BondStore &WriteEVPBonds::find_records() const
                "write_evp_bonds: fix {} has not recorded yet, it does so at the first setup: use "
                "'run 0' before",
                bonds->id);
-  bonds->return_histories();    // a command may be called from within a run
+  bonds->return_histories();
+  bonds->warn_of_given_strains();
   bonds->check_ids();
   return bonds->records();
 }

@@ -83,7 +83,7 @@ int FixEVPBonds::modify_param(int narg, char **arg)
   stop_at_bad_input(error, who, [&] {
     const Keyword strain = {"plastic_strain", arg[2]};
     strain.demand(strain.number() >= 0.0, "must be zero or positive");
-    bonds->given_strains.push_back({group->bitmask[given_group], strain.number()});
+    bonds->given_strains.push_back({arg[1], group->bitmask[given_group], strain.number()});
   });
   return 3;
 }
@@ -143,6 +143,12 @@ void FixEVPBonds::check_history() const
   if (!rules.plastic && !bonds->given_strains.empty())
     error->all(FLERR,
                "{}: fix_modify plastic_strain needs 'plasticity isotropic' of the pair style", who);
+  for (const auto &given : bonds->given_strains)
+    if (group->find(given.group) < 0)
+      error->all(FLERR,
+                 "{}: fix_modify plastic_strain: group '{}' was deleted before the run that was to "
+                 "apply it",
+                 who, given.group);
   const bool heats = scene::find_fix(modify, "evp/heat") != nullptr;
   if (!rules.has_history() && !heats) return;
   for (int k = 0; k < modify->nfix && modify->fix[k] != this; k++) {
@@ -397,15 +403,20 @@ int FixEVPBonds::unpack_exchange(int i, double *buf)
   return words;
 }
 
-void FixEVPBonds::write_restart(FILE *fp)
+void FixEVPBonds::warn_of_given_strains() const
 {
-  return_histories();
   if (!bonds->given_strains.empty() && comm->me == 0)
     error->warning(
         FLERR,
-        "{}: the restart file does not have the plastic strains of fix_modify, which wait "
-        "for a run: give them again after read_restart",
+        "{}: a file that is written now does not have the plastic strains of fix_modify, "
+        "which wait for a run: give them again where it is read",
         who);
+}
+
+void FixEVPBonds::write_restart(FILE *fp)
+{
+  return_histories();
+  warn_of_given_strains();
   std::vector<double> words = {RESTART_FORMAT,
                                bonds->zone,
                                (double) bonds->has_recorded(),

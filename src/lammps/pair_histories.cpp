@@ -117,16 +117,17 @@ void PairHistories::move_limits(PairWork *work)
     for (int i = 0; i < lists.nlocal; i++) heat->take_strain(i, records->sphere(i).p);
     heat->take_factors();
   }
-  take_given_strains();
+  const bool were_given = take_given_strains();
   share_limits();
   for_each_limit([&](double &limit, double now, PairList &list, int i, int n) {
     const double before = std::exchange(limit, now);
-    if (now < before) keep_below_limit(list, i, n, before, work);
+    if (now < before) keep_below_limit(list, i, n, before, work, !were_given);
   });
 }
 
-void PairHistories::take_given_strains()
+bool PairHistories::take_given_strains()
 {
+  const bool any = !records->given_strains.empty();
   for (const auto &given : records->given_strains)
     for (int i = 0; i < lists.nlocal; i++) {
       if (!(atom->mask[i] & given.groupbit)) continue;
@@ -134,6 +135,7 @@ void PairHistories::take_given_strains()
       if (const auto heat = this->heat()) heat->take_strain(i, given.p);    // no flow, so no rate
     }
   records->given_strains.clear();
+  return any;
 }
 
 // of a pair of particle i
@@ -152,8 +154,10 @@ template <class F> void PairHistories::for_each_limit(F &&f)
         f(list->limit[n], limit_of(list->law[n], row.i, limits[list->j[n]]), *list, row.i, n);
 }
 
-// Where its limit has become smaller, at the distance of now: what a pair stores beyond it is dissipated
-void PairHistories::keep_below_limit(PairList &list, int i, int n, double before, PairWork *work)
+// Where its limit has become smaller, at the distance of now: what a pair stores beyond it is dissipated. It adds to the
+// plastic strain, but not to one that was given
+void PairHistories::keep_below_limit(PairList &list, int i, int n, double before, PairWork *work,
+                                     bool adds_strain)
 {
   const PackedPair pair = list.pair(n);
   const PlacedPair p{pair, i, n, n, PairGeometry(scene::rows(atom->x), i, pair.j)};
@@ -163,7 +167,7 @@ void PairHistories::keep_below_limit(PairList &list, int i, int n, double before
   const PairState then = law.state(p.ratio(), was), now = law.state(p.ratio(), p);
   if (now.inv_deq == p.inv_deq) return;
   const double dissipated = then.dissipated + then.stored.elastic - now.stored.elastic;
-  if (p.is_bond)
+  if (p.is_bond && adds_strain)
     sums.add(i, p.j, lists.nreact, FlowSums::SLIP, std::fabs(log_of_ratio(now.inv_deq, p.inv_deq)));
   sums.add(i, p.j, lists.nreact, FlowSums::WORK, 0.5 * dissipated);
   list.inv_deq[n] = now.inv_deq;

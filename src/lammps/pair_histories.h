@@ -170,13 +170,13 @@ class PairHistories : protected Pointers {
   void end_at(int i, int j, const Stored &held, PairWork *);
   void share_limits();
   void move_limits(PairWork *);
-  void take_given_strains();
+  bool take_given_strains();
   double limit_of(int law, int i, double of_partner) const;
   void note_event(int i, int j, tagint partner, BondEvent::Why);
   void warn_of_jumps();
   void add_contact(int i, const PackedPair &bond, double d, const Span &);
   template <class F> void for_each_limit(F &&);
-  void keep_below_limit(PairList &, int i, int n, double before, PairWork *);
+  void keep_below_limit(PairList &, int i, int n, double before, PairWork *, bool adds_strain);
   void end_bonds(PairWork *, VolumeForces *);
   void end_far_bonds(PairWork *);
   void begin_bonds(PairWork *, VolumeForces *);

@@ -210,6 +210,7 @@ OTHERS = [
     *(({"style": BREAKS, "fix": FIX + f"file {name}.bonds"}, "it has flowed: use pair_style evp/lj with 'plasticity isotropic'") for name in ("flowed", "pushed")),
     ({"style": FLOWS, "fix": FIX + "file broken.bonds"}, "it has broken: use pair_style evp/lj with 'break' and 'plasticity none'"),
     *(({"style": FLOWS, "fix": FIX + f"file {name}.bonds"}, "a line 'sphere ...' names an atom that is not there, or twice") for name in ("sphere", "spheres")),
+    ({"style": FLOWS, "then": "group one id 1\nfix_modify bonds plastic_strain one 0\ngroup one delete"}, "plastic_strain: group 'one' was deleted before the run"),
     ({"then": "compute state all evp/state/atom volume_strain"}, "volume_strain is that of fix evp/volume: define it"),
     ({"after": "group gone id 2 4\ndelete_atoms group gone\nrun 1", **SEEN}, "Fix bonds evp/bonds: atom ID"),
     *(({"style": style, "fix": EARLY}, "must be defined before fix even balance") for style in (FLOWS, BREAKS)),
