@@ -108,7 +108,7 @@ class Stirred:
         inside = (cells[0] < shape[0]) & (cells[1] < shape[1])
         column = np.ravel_multi_index((cells[0][inside], cells[1][inside]), shape)
         fractions = np.bincount(column, solid[inside]) / np.bincount(column)
-        out = np.mean(centers[:, 2] > self.wake["top"] + 0.5 * d)
+        out = np.mean(centers[:, 2] > self.wake["top"])
         return float(np.mean(distance[:, 0] > d)), float(np.mean(solid)), float(fractions.min()), float(out)
 
 
