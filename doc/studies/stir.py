@@ -157,9 +157,9 @@ def draw(study, run):
 def draw_plates(study):
     """The two plates and their temperatures from above, without the tool, and a film of the plates."""
     folder, view = study.runs.folder, [sys.executable, CHECKOUT / "tools" / "view.py"]
-    inside = ["--cut", "type>1.5", "--cut", f"z>{0.0005 + HEIGHT / 2 - DEPTH / 2}", "--view", "top", "--pixels", 520]
-    for name, more in (("stir_plates.png", ["--color", "plate", "--strip", 3]), ("stir_temperatures.png", ["--color", "temperature", "--strip", 3]),
-                       ("stir.gif", ["--color", "plate", "--film", "stir.gif"])):
+    inside = ["--cut", "type>1.5", "--cut", f"z>{0.0005 + HEIGHT / 2 - DEPTH / 2}", "--view", "top"]
+    for name, more in (("stir_plates.png", ["--color", "plate", "--strip", 3, "--pixels", 520]), ("stir_temperatures.png", ["--color", "temperature", "--strip", 3, "--pixels", 520]),
+                       ("stir.gif", ["--color", "plate", "--film", "stir.gif", "--pixels", 280])):
         out = [] if "--film" in more else ["--out", name]
         output_of(list(map(str, [*view, "seam_frames.dump", *inside, *more, *out])), folder, name)
         store_picture(folder / name, study.out.parent / "figures")
@@ -173,7 +173,8 @@ def page(found, strength):
     measures = {name: found[name].wake_measures() for name in ("seam", "sticks")}
     largest_heat = max(abs(float(re.search(r"heat imbalance (\S+) of", run.text)[1])) for run in found.values())
     balance = {name: abs(run.curve["energy_imbalance"][-1] / run.curve["plastic_work"][-1]) for name, run in found.items() if run.curve["plastic_work"][-1] > 0.0}
-    cold_torque, alone_torque = (-found[name].between("torque_pin", 0.1, 0.3) for name in ("cold_alone", "alone"))
+    cold_torque = -found["cold_alone"].between("torque_pin", 0.1, 0.3)
+    peak = np.convolve(seam.torque, np.full(5, 0.2), "valid").max()
     torque = {name: -found[name].last("torque_pin") for name in ("short", "seed", "slow", "cold")}
     one, two = (-found[name].between("torque_pin", 0.03, 0.1) for name in ("one_rank", "two_ranks"))
     peclet, inertia = re.search(r"Peclet number of the pin (\S+), inertia: rho v\^2 is (\S+) ", seam.text).groups()
@@ -188,7 +189,7 @@ def page(found, strength):
             "first": f"{seam.last('follow_first', 8.0):.2f}", "second": f"{seam.last('follow_second', 8.0):.2f}", "sticks": f"{first['alone']:.2f}", "slips": f"{first['slips']:.2f}",
             "cold_torque": f"{cold_torque:.0f}", "outside": f"{slip_torque(d):.0f}", "outside_ratio": f"{cold_torque / slip_torque(d):.2f}",
             "inside": f"{slip_torque(0.5 * d):.0f}", "inside_ratio": f"{cold_torque / slip_torque(0.5 * d):.2f}",
-            "hot": f"{torque['short']:.0f}", "hot_ratio": f"{torque['short'] / cold_torque:.2f}", "end": f"{-seam.last('torque_pin'):.0f}", "alone": f"{alone_torque:.0f}",
+            "hot": f"{torque['short']:.0f}", "hot_ratio": f"{torque['short'] / cold_torque:.2f}", "end": f"{-seam.last('torque_pin'):.0f}", "peak": f"{peak:.0f}",
             "highest": f"{seam.curve['temperature_highest'].max() / TMELT:.4f}", "near": f"{near.mean():.2f}", "near_95": f"{np.quantile(near, 0.95):.3f}",
             "near_4": f"{seam.near(0.004).mean() / TMELT:.2f}",
             "unsoftened": f"{found['cold'].curve['temperature_highest'].max() / TMELT:.2f}", "seed": percent(torque["seed"], torque["short"]), "slow": percent(torque["slow"], torque["short"]),
