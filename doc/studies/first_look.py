@@ -38,7 +38,7 @@ def commands(bar=2500, plate=5000):
         *((plasticity, "in.quasistatic", {**pull, "plasticity": plasticity, "out": plasticity}) for plasticity in SWEEPS),
         ("plate", "in.specimen", {**block, "n": plate, "out": "plate.data"}),
         ("ball", "in.specimen", {**ball, "n": round(BALL_OVER_PLATE * plate), "out": "ball.data"}),
-        ("impact", "in.impact", {"plate": "plate.data", "ball": "ball.data", "speed": SPEED, "also": run.DECKS / "frames.lmp", "frames": 1, "out": "impact"}),
+        ("impact", "in.impact", {"plate": "plate.data", "ball": "ball.data", "speed": SPEED, "also": run.DECKS / "frames.lmp", "frames": 50, "out": "impact"}),
     ]
     return [("bar", fill), *((name, run.deck_command(run.DECKS / deck, choices)) for name, deck, choices in decks)]
 
