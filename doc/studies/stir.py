@@ -20,7 +20,7 @@ NAME = "aluminium_2024T351"
 POTENTIALS = CHECKOUT / "potentials" / "metals.evp"
 A, B, N = METALS[NAME].law
 LENGTH, WIDTH, HEIGHT = 0.026, 0.022, 0.005  # of the plate [m]
-PIN, DEPTH, TMELT, SPEED, ADVANCE = 0.0025, 0.0025, 775.0, 10.0, 0.00075  # of in.stir
+PIN, DEPTH, TMELT, SPEED = 0.0025, 0.0025, 775.0, 10.0  # of in.stir
 WHOLE, SHORT = {"dwell": 1, "turns": 8}, {"dwell": 1, "turns": 1}
 FAR = {"from": 0.0133, "to": 0.0183}  # a strip that the pin does not touch [m]
 MPA = 1e6
@@ -187,7 +187,8 @@ def page(found, strength):
     width = float(found["whole"].state["y"][found["whole"].state["type"] == 1].max()) - 2.1 * d - PIN  # from the first layer to the clamps
     places = [1e3 * (PIN + d + (k - 0.5) * width / 5.0) for k in range(1, 6)]
     first = {name: found[name].between("follow_first", 0.3, 0.6) for name in ("alone", "slips")}
-    return {"period": f"{2e3 * np.pi * PIN / SPEED:.2f}", "places": f"{', '.join(f'{place:.1f}' for place in places[:-1])} and {places[-1]:.1f}", "turns": rows_by_turn(seam), "wake": wake, "pulls": pulls, "d": f"{1e3 * d:.2f}", "pin": f"{1e3 * PIN:g}", "depth": f"{1e3 * DEPTH:g}", "tmelt": f"{TMELT:g}",
+    return {"period": f"{2e3 * np.pi * PIN / SPEED:.2f}", "places": f"{', '.join(f'{place:.1f}' for place in places[:-1])} and {places[-1]:.1f}",
+            "turns": rows_by_turn(seam), "wake": wake, "pulls": pulls, "d": f"{1e3 * d:.2f}", "pin": f"{1e3 * PIN:g}", "depth": f"{1e3 * DEPTH:g}", "tmelt": f"{TMELT:g}",
             "first": f"{seam.last('follow_first', 8.0):.2f}", "second": f"{seam.last('follow_second', 8.0):.2f}", "sticks": f"{first['alone']:.2f}", "slips": f"{first['slips']:.2f}",
             "cold_torque": f"{cold_torque:.0f}", "outside": f"{slip_torque(d):.0f}", "outside_ratio": f"{cold_torque / slip_torque(d):.2f}",
             "inside": f"{slip_torque(0.5 * d):.0f}", "inside_ratio": f"{cold_torque / slip_torque(0.5 * d):.2f}",
