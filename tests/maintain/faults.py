@@ -65,7 +65,7 @@ FAULTS = {
     "INSIDE_JOINS": Fault("pairs that are inside when first looked at join", ["nested seam"],
                           "lammps/pair_list_builder.cpp", "looks_first ? dsq <= inside * inside * sum_radii * sum_radii", "looks_first ? false"),
     "NO_RETURN": Fault("bonds beyond a limit that fell flow in the next step", ["band that heats itself"],
-                       "lammps/pair_histories.cpp", "if (now < before) keep_below_limit(list, i, n, before, work);", "(void) before, (void) list, (void) i, (void) n;"),
+                       "lammps/pair_histories.cpp", "if (now < before) keep_below_limit(list, i, n, before, work, !were_given);", "(void) before, (void) list, (void) i, (void) n;"),
     "MEAN_LIMIT": Fault("a bond holds as the mean of its spheres", ["band that heats itself"],
                         "lammps/pair_histories.cpp", "std::min(limits[i], of_partner)", "0.5 * (limits[i] + of_partner)"),
     "NO_LATENT_HEAT": Fault("no latent heat", ["band that heats itself"],
