@@ -188,11 +188,11 @@ def page(found, strength):
     places = [1e3 * (PIN + d + (k - 0.5) * width / 5.0) for k in range(1, 6)]
     first = {name: found[name].between("follow_first", 0.3, 0.6) for name in ("alone", "slips")}
     return {"period": f"{2e3 * np.pi * PIN / SPEED:.2f}", "places": f"{', '.join(f'{place:.1f}' for place in places[:-1])} and {places[-1]:.1f}",
-            "turns": rows_by_turn(seam), "wake": wake, "pulls": pulls, "d": f"{1e3 * d:.2f}", "pin": f"{1e3 * PIN:g}", "depth": f"{1e3 * DEPTH:g}", "tmelt": f"{TMELT:g}",
+            "turns": rows_by_turn(seam), "wake": wake, "pulls": pulls, "d": f"{1e3 * d:.2f}", "pin": f"{1e3 * PIN:g}", "depth": f"{1e3 * DEPTH:g}",
             "first": f"{seam.last('follow_first', 8.0):.2f}", "second": f"{seam.last('follow_second', 8.0):.2f}", "sticks": f"{first['alone']:.2f}", "slips": f"{first['slips']:.2f}",
             "cold_torque": f"{cold_torque:.0f}", "outside": f"{slip_torque(d):.0f}", "outside_ratio": f"{cold_torque / slip_torque(d):.2f}",
             "inside": f"{slip_torque(0.5 * d):.0f}", "inside_ratio": f"{cold_torque / slip_torque(0.5 * d):.2f}",
-            "hot": f"{torque['short']:.0f}", "hot_ratio": f"{torque['short'] / cold_torque:.2f}", "end": f"{-seam.last('torque_pin'):.0f}", "peak": f"{peak:.0f}",
+            "hot": f"{torque['short']:.0f}", "peak": f"{peak:.0f}",
             "highest": f"{seam.curve['temperature_highest'].max() / TMELT:.4f}", "near": f"{near.mean():.2f}", "near_95": f"{np.quantile(near, 0.95):.3f}",
             "near_4": f"{seam.near(0.004).mean() / TMELT:.2f}",
             "unsoftened": f"{found['cold'].curve['temperature_highest'].max() / TMELT:.2f}", "seed": percent(torque["seed"], torque["short"]), "slow": percent(torque["slow"], torque["short"]),

@@ -121,9 +121,10 @@ def test_a_plastic_strain_that_is_given(lmp, tmp_path, small, ranks, newton):
     text = head(newton) + flowing_pair(kv=0).replace(words(FLOWING), words(FLOWING) + flow_words((0, 1, 0.05, 3))) + SHAKE
     text += "fix energy all evp/energy\n" + MOVE.replace("pe ke pxx pyz", "f_energy f_energy[9]").replace(" f_volume f_volume[1]", "")
     text += "run 200\nunfix move\nfix hold all nve/noforce\nvelocity all set 0 0 0\nrun 1\nwrite_evp_bonds before.bonds\n" + dump(every=1)
-    text += "group odd id 1:1999:2\nfix_modify bonds plastic_strain odd 0\nrun 1\nwrite_evp_bonds after.bonds\n"
+    text += "group odd id 1:1999:2\nfix_modify bonds plastic_strain odd 0\nwrite_evp_bonds waits.bonds\nrun 1\nwrite_evp_bonds after.bonds\n"
     text += "run 20\nwrite_evp_bonds later.bonds\n"
     run = lmp(text, ranks).ok()
+    assert "a file that is written now does not have the plastic strains of fix_modify" in " ".join(run.stdout.split())
     x, y0 = run.dump("all.dump")[-1].x, FLOWING.xi_s
     before, after = (read_pairs(tmp_path / f"{name}.bonds") for name in ("before", "after"))
     p, p_before = after.column("p"), before.column("p")
