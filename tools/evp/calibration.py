@@ -60,7 +60,7 @@ YIELD = "0.2 % yield"
 MISSES = {"E": 0.02, "nu": 0.03, YIELD: 0.06}  # residuals beyond which a target is missed
 STRESS_MISSES = {0.1: 0.04, 0.3: 0.06, 0.4: 0.1, math.inf: 0.15}  # likewise of stresses, to these strains; beyond 0.4 is shear
 SMALLER = (1.0, 0.5, 0.25)  # increments of the attempts at a run
-LENGTH, RADIUS = 0.05, 0.02  # of the cylinder [m]
+LENGTH, RADIUS = 0.05, 0.0125  # of the cylinder [m], twice as long as wide: in a shorter one the grips raise the stress of the middle (doc/metals.md)
 RULES = {"plasticity": "isotropic", "contact": "repulsive"}
 ELASTIC = 0.4  # of xi_s: strain of the first leg, whose end gives Poisson's ratio
 OVERSHOOT = 1.1  # grip strain at the end, over the one at which the middle would reach the target in proportion
@@ -236,7 +236,7 @@ def reach(plastic):
 
 
 class Body(NamedTuple):
-    """A packing, by default in the default cylinder, and what its bonds are."""
+    """A packing, by default in the cylinder of make_body(), and what its bonds are."""
 
     path: pathlib.Path
     count: int
@@ -259,8 +259,9 @@ def measure(path):
 
 
 def make_body(folder, count, seed, density, timeout):
-    """The Body of in.specimen, body.data in the folder; made on one rank, as another number of ranks gives another packing. density: of the solid."""
-    call("in.specimen", {"n": count, "seed": seed, "density": f"{density:.9g}", "out": "body.data"}, 1, folder, timeout, f"packing of {count} spheres")
+    """The Body of in.specimen, a cylinder, body.data in the folder; made on one rank, as another number of ranks gives another packing. density: of the solid."""
+    variables = {"n": count, "length": LENGTH, "radius": RADIUS, "seed": seed, "density": f"{density:.9g}", "out": "body.data"}
+    call("in.specimen", variables, 1, folder, timeout, f"packing of {count} spheres")
     return measure(folder / "body.data")
 
 
