@@ -12,6 +12,7 @@ file, the page, and figures/metals.png with its CSV. About three hours on two co
 """
 
 import json
+import math
 from typing import NamedTuple
 
 from study import CHECKOUT, RunError, Study
@@ -25,7 +26,18 @@ from evp.curves import YIELD_OFFSET
 MPA = 1e6
 POTENTIALS = CHECKOUT / "potentials" / "metals.evp"
 SPHERES, SEED = 2000, 1  # of the bodies that rows are fitted to
-OTHER, LARGE = (2000, 2), (8000, 3)  # (spheres, seed) of bodies that they were not fitted to
+STOCKY_METAL, STOCKY_RADIUS = "aluminium_2024T351", 0.02  # in a cylinder of the paper, whose grips hold its middle
+
+
+class Cylinder(NamedTuple):
+    """A body that rows were not fitted to. radius [m]."""
+
+    spheres: int
+    seed: int
+    radius: float = calibration.RADIUS
+
+
+OTHER, LARGE, STOCKY = Cylinder(2000, 2), Cylinder(8000, 3), Cylinder(2000, 2, STOCKY_RADIUS)
 SHEAR_STRAINS = (0.4, 1.0, 2.0, 3.0, 4.0)  # at which the shear stress is told
 PRESSED = -0.1  # nominal strain before the release
 # Limits beyond which the page tells a miss; others are those of calibration.limit_of().
@@ -113,12 +125,13 @@ def calibrated(name, study):
     return out
 
 
-def loaded(name, spheres, seed, study):
+def loaded(name, cylinder, study):
     """{way: Run} of a row on a body that it was not fitted to; kept in --work. A way that did not come to rest is left out."""
-    kept, targets, runs = study.work / f"{name}_{spheres}_{seed}.json", targets_of(METALS[name]), {}
+    spheres, seed, radius = cylinder
+    kept, targets, runs = study.work / f"{name}_{spheres}_{seed}_{1e3 * radius:g}.json", targets_of(METALS[name]), {}
     if not kept.exists():
         row = f"{calibrated(name, study)}:{name}"
-        body = calibration.make_body(study.work, spheres, seed, targets.density, TIMEOUT)
+        body = calibration.make_body(study.work, spheres, seed, targets.density, TIMEOUT, radius)
         for way in WAYS:
             try:
                 runs[way] = calibration.load(body, {"material": row}, rates.given_row(row)[0].xi_s, targets.end(way), targets.yield_strain + YIELD_OFFSET, 1.0,
@@ -145,7 +158,7 @@ def further(name, study):
         curve = curves.read_curve(study.work / "yield.csv")
         strain, stress = curve.strain / MISES, curve.virial * MISES
         found["shear yield"] = curves.yield_stress(strain, stress, curves.modulus(strain, stress)) / MISES
-        body = calibration.make_body(study.work, *OTHER, targets.density, TIMEOUT)
+        body = calibration.make_body(study.work, OTHER.spheres, OTHER.seed, targets.density, TIMEOUT, OTHER.radius)
         release = {"specimen": body.path.name, **material, "strain": PRESSED, "cycles": 1, "lower": "release",
                    "increment": 0.004, "out": "release"}
         calibration.call("in.quasistatic", release, *more, f"{name}, springback")
@@ -156,6 +169,29 @@ def further(name, study):
         kept.write_text(json.dumps(found), encoding="utf-8")
     found = json.loads(kept.read_text(encoding="utf-8"))
     return {**found, "shear": Run.from_json(found["shear"])}
+
+
+def turned(gradient, rate):
+    """Flow stress of von Mises of a network of bonds, over that in the first tension: in all directions at first, they turn with a deformation gradient (3, 3), and flow,
+    at one F d, with a stretching (3, 3) without change of volume. The power is the mean of F d |n rate n| over their directions n."""
+    k = np.arange(20000) + 0.5
+    z, angle = 1.0 - 2.0 * k / len(k), k * np.pi * (1.0 + math.sqrt(5.0))
+    first = np.stack([z, *(np.sqrt(1.0 - z**2) * of(angle) for of in (np.cos, np.sin))], axis=1)
+    pull = np.diag([1.0, -0.5, -0.5])
+
+    def stress(directions, rate):
+        return np.mean(np.abs(np.einsum("ki,ij,kj->k", directions, rate, directions))) / math.sqrt(2.0 / 3.0 * np.sum(rate**2))
+
+    now = first @ np.transpose(gradient)
+    return stress(now / np.linalg.norm(now, axis=1, keepdims=True), np.array(rate)) / stress(first, pull)
+
+
+def turned_in(way, strain):
+    """turned() - 1 at a nominal strain of one of WAYS, or at a shear strain."""
+    if way == "shear":
+        return turned([[1.0, strain, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [[0.0, 0.5, 0.0], [0.5, 0.0, 0.0], [0.0, 0.0, 0.0]]) - 1.0
+    stretch = 1.0 + math.copysign(strain, WAYS[way])
+    return turned(np.diag([stretch, stretch**-0.5, stretch**-0.5]), np.diag([1.0, -0.5, -0.5])) - 1.0
 
 
 def draw(study, results, more):
@@ -230,21 +266,27 @@ def page(results, more):
     for name, bodies in results.items():
         for body, runs in bodies.items():
             told = departures(targets_of(METALS[name]), runs, more[name] if body == OTHER else None)
-            for what, value in told.items():
+            for what, value in told.items() if body != STOCKY else ():
                 every.setdefault(what, []).append(value)
             alike = [cell(told, ("compression over tension", strain)) for strain in ALIKE]
             of_elastic = [cell(told, ("elastic", what)) for what in ("E", "nu")]
-            elastic.append((name, *body, *of_elastic, *alike, cell(told, "springback")))
-            stresses += [(name, *body, way, *(cell(told, (way, what)) for what in (YIELD, *STRAINS))) for way in WAYS]
+            size = (body.spheres, body.seed, f"{2e3 * body.radius:g}")
+            elastic.append((name, *size, *of_elastic, *alike, cell(told, "springback")))
+            stresses += [(name, *size, way, *(cell(told, (way, what)) for what in (YIELD, *STRAINS))) for way in WAYS]
             if body == OTHER:
                 shear.append((name, *(cell(told, what) for what in ("shear yield stress", *(("shear", strain) for strain in SHEAR_STRAINS)))))
     sources = [f"- {name}: E {metal.modulus / 1e9:g} GPa, nu {metal.poisson:g}, {metal.density:g} kg/m3, true stress {metal.law[0] / MPA:.4g} + {metal.law[1] / MPA:.4g} ep^{metal.law[2]:.3g} MPa. "
                f"{metal.source}. Heat: {metal.heat}; {metal.heat_source}." for name, metal in METALS.items()]
     percents, missed = [f"{100.0 * strain:g} %" for strain in STRAINS], filter(None, (sentence(*one) for one in every.items()))
     alike = [f"at {100.0 * strain:g} %" for strain in ALIKE]
-    return {"count": len(results), "spheres": SPHERES, "sources": "\n".join(sources), "missed": "\n".join(missed),
-            "elastic": (("row", "spheres", "seed", "E", "nu", *alike, "springback"), elastic),
-            "stresses": (("row", "spheres", "seed", "", YIELD, *percents), stresses),
+    tension, compression = ({strain: turned_in(way, strain) for strain in STRAINS if strain <= abs(end) + 1e-9} for way, end in WAYS.items())
+    turning = {"tension": tension, "compression": compression, "compression over tension": {at: (1.0 + compression[at]) / (1.0 + tension[at]) - 1.0 for at in tension}}
+    shear.append(("*bonds that turn*", f"{100.0 * turned_in('shear', 0.0):+.1f}", *(f"{100.0 * turned_in('shear', strain):+.1f}" for strain in SHEAR_STRAINS)))
+    return {"count": len(results), "spheres": SPHERES, "length": f"{1e3 * calibration.LENGTH:g}", "width": f"{2e3 * calibration.RADIUS:g}", "stocky": STOCKY_METAL,
+            "turning": (("bonds that turn", *percents), [(way, *(f"{100.0 * values[strain]:+.1f}" if strain in values else "" for strain in STRAINS)) for way, values in turning.items()]),
+            "sources": "\n".join(sources), "missed": "\n".join(missed),
+            "elastic": (("row", "spheres", "seed", "width [mm]", "E", "nu", *alike, "springback"), elastic),
+            "stresses": (("row", "spheres", "seed", "width [mm]", "", YIELD, *percents), stresses),
             "shear": (("row", YIELD, *(f"{strain:g}" for strain in SHEAR_STRAINS)), shear)}
 
 
@@ -252,8 +294,8 @@ def main(words=None):
     with Study(__doc__, "metals", only=list(METALS), large=list(METALS), ranks=2).started(words) as study:
         results, more = {}, {}
         for name in study.each(METALS):
-            bodies = (OTHER, LARGE) if name in study.large else (OTHER,)
-            results[name] = {body: loaded(name, *body, study) for body in bodies}
+            bodies = (OTHER, *([LARGE] if name in study.large else []), *([STOCKY] if name == STOCKY_METAL else []))
+            results[name] = {body: loaded(name, body, study) for body in bodies}
             more[name] = further(name, study)
         rows, others = [], [block for block in POTENTIALS.read_text(encoding="utf-8").strip().split("\n\n")[1:] if block.splitlines()[-1].split()[0] not in METALS]
         for name, metal in METALS.items():

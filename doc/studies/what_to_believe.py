@@ -9,7 +9,7 @@ import re
 
 from study import CHECKOUT, Study
 import numpy as np
-from evp import curves, dump, specimen
+from evp import calibration, curves, dump, specimen
 from evp.calibration import MISES
 from metals import METALS, targets_of
 
@@ -71,12 +71,13 @@ def sheared(study, row, targets):
         strain, 100.0 * (stress * MISES / targets.curve.true_stress(strain / MISES, targets.modulus) - 1.0)
 
 
-def upset(study, row, targets):
+def upset(study, row, targets, contact):
     """Strains, and differences [%] of the force on an upset cylinder from the slab method: flow stress times the area times 1 + mu d/(3 h)."""
     length, radius = 0.03, 0.01
     body = study.runs.body("billet", n=study.spheres, length=length, radius=radius, density=targets.density)
-    study.runs.run("in.upset", "upset", specimen=body, material=row, friction=FRICTION, strain=PRESSED, speed=5)
-    read = study.runs.curve("upset", "strain", "force_upper")
+    name = f"upset_{contact}"
+    study.runs.run("in.upset", name, specimen=body, material=row, friction=FRICTION, strain=PRESSED, speed=5, contact=contact)
+    read = study.runs.curve(name, "strain", "force_upper")
     kept = read["strain"] > FIRST
     height, force = 1.0 - read["strain"][kept], read["force_upper"][kept]
     wide = 2.0 * radius / np.sqrt(height)
@@ -128,14 +129,14 @@ def taylor(study, spheres):
 
 def main(words=None):
     with Study(__doc__, "what_to_believe", spheres=2000, plates=[4000], bars=[2000, 8000]).started(words) as study:
-        row, alloy, body = f"{POTENTIALS}:{STEEL}", f"{POTENTIALS}:{ALUMINIUM}", study.runs.body("other", n=study.spheres, seed=2)
+        row, alloy, body = f"{POTENTIALS}:{STEEL}", f"{POTENTIALS}:{ALUMINIUM}", study.runs.body("other", n=study.spheres, seed=2, length=calibration.LENGTH, radius=calibration.RADIUS)
         steel, aluminium = targets_of(METALS[STEEL]), targets_of(METALS[ALUMINIUM])
         ends = {strain: pulled(study, f"to_{strain}", body, row, strain, 0.004) for strain in ENDS}
         far = {name: ends[strain] for name, strain in FAR.items()}
         elastic, *shear = sheared(study, row, steel)
         bent, sprang, *bending = vbend(study, row, steel)
         verdicts = [*(verdict(name, "flow curve, true stress", *along(curve, steel)) for name, curve in far.items()),
-                    verdict("upsetting", f"slab method, friction {FRICTION}", *upset(study, row, steel)),
+                    *(verdict(f"upsetting, contact {contact}", f"slab method, friction {FRICTION}", *upset(study, row, steel, contact)) for contact in ("repulsive", "join")),
                     verdict("V-bending", "plastic hinge as long as the sheet is thick", *bending),
                     verdict("extrusion, contact join", "mean flow stress (0.8 + 1.2 ln ratio), Johnson", *extrude(study, row, steel)),
                     verdict("shear, contact join", "flow curve, von Mises", *shear)]
@@ -150,7 +151,7 @@ def main(words=None):
         volumes = []
         for strain in ENDS:
             places = dump.last_positions(study.runs.folder / f"to_{strain}_state.dump")
-            axial, lateral = specimen.middle_strains(specimen.read_data(study.runs.folder / body), places, 0.05)
+            axial, lateral = specimen.middle_strains(specimen.read_data(study.runs.folder / body), places, calibration.LENGTH)
             volumes.append((f"{100 * strain:+g} %", f"{100 * ((1.0 + axial) * (1.0 + lateral) ** 2 - 1.0):+.2f}"))  # of the middle
         turned = {"tension to 10 %": tension, "compression to 10 %": compression, "cube pressed by 20 %": pressed, "L-bracket pulled along its long leg": pulled_bracket}
         left = {name: curves.cycle_numbers(curve) for name, curve in turned.items()}

@@ -26,7 +26,7 @@ from scipy.integrate import trapezoid
 from . import curves, dump, figures, flow, law, specimen
 from .curves import YIELD_OFFSET, CurveError
 from .report import all_or_nothing
-from .run import Failed, Job, last_strain, run_jobs
+from .run import INTERVAL, Failed, Job, Progress, last_strain, run_jobs
 
 EXPONENTS = (8.0, 4.0)  # of both regimes, as in Table 1
 ALPHA = 1.5
@@ -258,9 +258,9 @@ def measure(path):
     return Body(pathlib.Path(path), len(read.ids), len(deq), float(deq.mean()), float(np.mean(deq**2)), size["volume"], size["length"])
 
 
-def make_body(folder, count, seed, density, timeout):
+def make_body(folder, count, seed, density, timeout, radius=RADIUS):
     """The Body of in.specimen, a cylinder, body.data in the folder; made on one rank, as another number of ranks gives another packing. density: of the solid."""
-    variables = {"n": count, "length": LENGTH, "radius": RADIUS, "seed": seed, "density": f"{density:.9g}", "out": "body.data"}
+    variables = {"n": count, "length": LENGTH, "radius": radius, "seed": seed, "density": f"{density:.9g}", "out": "body.data"}
     call("in.specimen", variables, 1, folder, timeout, f"packing of {count} spheres")
     return measure(folder / "body.data")
 
@@ -279,13 +279,13 @@ def given_body(path, folder):
     return measure(folder / "body.data")
 
 
-def call(deck, variables, ranks, folder, timeout, title, share=lambda: 0.0):
+def call(deck, variables, ranks, folder, timeout, title, share=lambda: 0.0, progress=None):
     """Run a deck in the folder; Failed where it ends badly or lasts beyond `timeout` seconds, RunError where it does not even start.
 
-    share: a function that gives what is done of it, 0 to 1, while it runs.
+    share: a function that gives what is done of it, 0 to 1, while it runs; with a Progress of the caller what is done of all.
     """
     try:
-        run_jobs([Job(deck, deck, variables, folder, ranks, done=share)], ranks, title, timeout)
+        run_jobs([Job(deck, deck, variables, folder, ranks, done=share)], ranks, title, timeout, progress)
     except Failed as failure:
         raise Failed(str(failure).partition("\n  whole output:")[0]) from failure
 
@@ -330,22 +330,23 @@ def load(body, material, xi_s, end, yielded, finer, ranks, folder, timeout, titl
     """
     ends, begin, sign = legs(xi_s, yielded, end, finer), time.monotonic(), math.copysign(1.0, end)
     (folder / "load.csv").unlink(missing_ok=True)  # of the run before, which would be taken for progress
+    with Progress(title, 1.0, INTERVAL) as progress:
 
-    def go(strain, increment, resume="yes"):
-        variables = {"specimen": body.path.name, **material, **RULES, "strain": f"{strain:.9g}", "increment": f"{increment:.9g}", "resume": resume, "out": "load"}
-        left = timeout - (time.monotonic() - begin)
-        call("in.quasistatic", variables, ranks, folder, left, title, lambda: last_strain(folder / "load.csv") / ends[-1][0])
-        return read_curve(folder / "load.csv")
+        def go(strain, increment, resume="yes"):
+            variables = {"specimen": body.path.name, **material, **RULES, "strain": f"{strain:.9g}", "increment": f"{increment:.9g}", "resume": resume, "out": "load"}
+            left = timeout - (time.monotonic() - begin)
+            call("in.quasistatic", variables, ranks, folder, left, title, lambda: last_strain(folder / "load.csv") / ends[-1][0], progress)
+            return read_curve(folder / "load.csv")
 
-    strain, stress = go(*ends[0], resume="no")
-    state = dump.last_positions(folder / "load_state.dump")
-    axial, lateral = specimen.middle_strains(specimen.read_data(body.path), state, body.length)
-    share = last_strain(folder / "load.csv") / (sign * strain[-1])
-    for place, increment in ends[1:]:
-        strain, stress = go(OVERSHOOT * share * place, share * increment)
-    for _ in range(FURTHER):
-        if strain[-1] < abs(end):
-            strain, stress = go(last_strain(folder / "load.csv") * OVERSHOOT * abs(end) / strain[-1], share * ends[-1][1])
+        strain, stress = go(*ends[0], resume="no")
+        state = dump.last_positions(folder / "load_state.dump")
+        axial, lateral = specimen.middle_strains(specimen.read_data(body.path), state, body.length)
+        share = last_strain(folder / "load.csv") / (sign * strain[-1])
+        for place, increment in ends[1:]:
+            strain, stress = go(OVERSHOOT * share * place, share * increment)
+        for _ in range(FURTHER):
+            if strain[-1] < abs(end):
+                strain, stress = go(last_strain(folder / "load.csv") * OVERSHOOT * abs(end) / strain[-1], share * ends[-1][1])
     if strain[-1] < abs(end):
         raise Failed(f"the middle of the body was stretched to {strain[-1]:.4g} only: it is no thinner than the ends")
     modulus = curves.modulus(strain, stress)

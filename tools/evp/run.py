@@ -5,6 +5,7 @@ EVP_LMP      the lmp to run (default: build/lmp of this checkout)
 EVP_MPIRUN   mpirun with its flags (default: mpirun -np); a run on one rank does without
 """
 
+import contextlib
 import math
 import os
 import pathlib
@@ -151,17 +152,18 @@ def last_strain(path):
         return 0.0
 
 
-def run_jobs(jobs: List[Job], cores=None, title="LAMMPS", timeout=math.inf):
+def run_jobs(jobs: List[Job], cores=None, title="LAMMPS", timeout=math.inf, progress=None):
     """Run all jobs, in their order, as many at once as the cores allow.
 
-    cores: default all that this process may use. At the first failure the others are stopped and
+    cores: default all that this process may use. progress: the caller's Progress, of which a single job is a part. At the first failure the others are stopped and
     RunError is raised; so they are on any other exception, the user's interrupt among them. Failed
     where all of them together last longer than timeout [s].
     """
     cores = cores or len(os.sched_getaffinity(0))
     waiting, running, finished, begin = list(jobs), [], 0.0, time.monotonic()
     try:
-        with Progress(title, sum(job.cost for job in jobs), interval=INTERVAL) as progress:
+        own = Progress(title, sum(job.cost for job in jobs), INTERVAL) if progress is None else contextlib.nullcontext(progress)
+        with own as progress:
             while waiting or running:
                 for job in list(waiting):
                     free = cores - sum(other.ranks for other in running)
@@ -176,8 +178,9 @@ def run_jobs(jobs: List[Job], cores=None, title="LAMMPS", timeout=math.inf):
                     job.check()
                     running.remove(job)
                     finished += job.cost
-                done = sum(job.cost * min(1.0, max(0.0, job.done())) for job in running)
-                progress.show(finished + done, ", ".join(job.name for job in running) or "the next")
+                if running:
+                    done = sum(job.cost * min(1.0, max(0.0, job.done())) for job in running)
+                    progress.show(finished + done, ", ".join(job.name for job in running))
     finally:
         for job in running:
             job.end()
