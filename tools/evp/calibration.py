@@ -6,8 +6,7 @@ the moduli E0 = m1 n1 e1 Nb/(6 V), K = E0/1.5, G = 0.4 E0, and fix evp/volume ad
 true stress is reach() E y, y the limit of its bonds at the plastic strain of the time: the table `flow` has y over xi_s.
 
 Quasi-static runs follow, a pull and a push with each row, and a simple shear of a periodic body, whose results a table on disk keeps.
-Then E, Poisson's ratio and each y are multiplied by target/measured, those of y by the mean of tension and compression, and by shear
-beyond the plastic strain where these end. Rows are rounded before they run: the row written is one that ran. The over-stress is linear in gamma: a run with gamma and its twin without.
+Then E, Poisson's ratio and each y are multiplied by target/measured, those of y by the mean of tension, compression and shear. Rows are rounded before they run: the row written is one that ran. The over-stress is linear in gamma: a run with gamma and its twin without.
 """
 
 import fcntl
@@ -34,7 +33,7 @@ LEAST_NU, LARGEST_NU = 0.25, 0.42  # of central forces alone; where lateral stif
 NU_LIMIT = 0.48  # of the closed form
 XI_RANGE = (2e-5, 0.05)  # of y: below, round-off of positions shows; above, the first regime itself is bent
 SOFTENING = 3.0 / 80.0  # e2/e1 as in Table 1: with a table flow only eq. 8, plasticity none, has a second regime
-REACH = ((0.002, 1.48), (0.005, 1.8), (0.01, 1.93), (0.05, 2.0), (0.12, 1.9), (0.3, 1.33), (0.45, 1.2), (0.7, 1.27), (2.0, 1.3))  # of reach()
+REACH = ((0.002, 1.6), (0.005, 1.85), (0.01, 1.95), (0.05, 2.05), (0.12, 1.95), (0.3, 1.4), (0.45, 1.27), (2.0, 1.3))  # of reach()
 BULK, SHEAR = 1.0 / 1.5, 0.4  # K/E0 without the volume energy, which adds x; G/E0
 DENSITIES = (100.0, 3e4)  # [kg/m3] between which the unit is no doubt
 SOFTEST = 1e6  # [Pa] Young's modulus below which the unit is in doubt
@@ -433,18 +432,26 @@ def material_of(aims, body):
 
 
 def corrected(aims, targets, runs):
-    """(Aims of the next row, how much they change): by target/measured, of stresses the mean of tension and compression. Beyond
-    the plastic strain where this ends the way that goes on decides, and at last shear; how far it is from the mean there fades as
-    1/plastic strain. Before and beyond what they measured the factors are the first and last."""
+    """(Aims of the next row, how much they change): by target/measured, of stresses the mean of all ways. From the plastic strain on where tension
+    ends compression stands for both, beyond it shear is alone; how far a way is from the mean where another ends fades as 1/plastic strain.
+    Before and beyond what they measured the factors are the first and last."""
     first = next(iter(runs.values()))
     modulus = targets.modulus / first.modulus
     nu = 1.0 if aims.nu is None else targets.nu / first.nu
     places = aims.places[1:]
     measured = {way: np.log(run.true_at(places) / targets.curve.at(places)) for way, run in runs.items()}
-    off = np.mean([values for way, values in measured.items() if way != SHEARED], axis=0)
-    for values in measured.values():
+    sheared = measured.pop(SHEARED, None)
+
+    def goes_on(off, values):
         last = int(np.flatnonzero(np.isfinite(off))[-1])
-        off = np.where(places > places[last], values - (values - off)[last] * places[last] / places, off)
+        return np.where(places > places[last], values - (values - off)[last] * places[last] / places, off)
+
+    off = np.mean(list(measured.values()), axis=0)
+    for values in measured.values():
+        off = goes_on(off, values)
+    if sheared is not None:
+        both = np.isfinite(off) & np.isfinite(sheared)
+        off = goes_on(np.where(both, (2.0 * off + sheared) / 3.0, off), sheared)
     known = np.isfinite(off)
     factors = np.exp(-np.interp(aims.places, places[known], off[known]))
     change = max(abs(math.log(modulus)), abs(math.log(nu)), float(np.sqrt(np.mean(np.log(factors) ** 2))))
