@@ -48,7 +48,7 @@ def timings(deck, seconds):
     window = [f"timer timeout {seconds:.0f} every 20", "run 1000000000 post yes"]
     lines += [f"print '{MARK} as it is'", *window]
     for name, style in own:
-        if style in EFFECTS:
+        if style in EFFECTS and not re.search(rf"^compute\s.*\bf_{name}\b", deck, re.M):  # which would end the run without it
             lines += [f"print '{MARK} without {name} {style}'", f'if "$(is_defined(fix,{name}))" then "unfix {name}"', *window]
     return "\n".join([*lines, f"print '{MARK} end'", ""])
 
@@ -182,7 +182,8 @@ def main(arguments=None):
         effects = {title: text for title, text in parts.items() if title == "as it is" or title.startswith("without ")}
         atoms = LOOP.search(screen)[3]
         print(f"{options.deck.name}, {atoms} spheres, {options.ranks} MPI rank{'s' * (options.ranks > 1)}: {to_come(options.deck, parts['deck'], log, 'cut short' in parts)}")
-        warnings = dict.fromkeys(re.findall("^WARNING: (?!Wall time limit).*", parts["deck"], re.M))
+        uncut = parts["deck"].partition("WARNING: Wall time limit")[0]  # what comes after it is of a run that was cut short
+        warnings = dict.fromkeys(re.findall("^WARNING: .*", uncut, re.M))
         for line in (*warnings, *(shares(effects) if f"{MARK} end" in screen else ()), *errors(options.deck, screen, int(atoms))):
             print(f"  {line}")
 

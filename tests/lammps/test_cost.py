@@ -77,12 +77,13 @@ timestep 1e-7
 minimize 0 1e-6 100 1000
 run 3000
 run 200000 upto
+print "WARNING: nothing rests"
 write_data end.data
 """
 
 
 def test_a_script_of_ones_own(tmp_path):
-    """Its results stay what they are, its minimization is no step, and 'upto' counts from the start."""
+    """Its results stay what they are, its minimization is no step, 'upto' counts from the start, and what it warns of once its run was cut short is not told."""
     (tmp_path / "body.data").write_bytes(REFERENCE.read_bytes())
     for name in ("own.dump", "end.data", "log.lammps"):
         (tmp_path / name).write_text("mine", encoding="utf-8")
@@ -90,6 +91,7 @@ def test_a_script_of_ones_own(tmp_path):
     done = cost(tmp_path, "--seconds", "1", "own.in")
     assert re.search(r"own.in, 500 spheres, 1 MPI rank: 200000 steps of \S+ ms: .*, and \d+ s of minimization so far\n", done.stdout), done.stdout
     assert re.search(r"\d+ % of a step for fix energy evp/energy", done.stdout) and "not measured for this script" in done.stdout
+    assert "nothing rests" not in done.stdout
 
 
 @pytest.mark.parametrize("words, expected", [
