@@ -13,7 +13,7 @@ from evp import calibration, curves, flow, law, measured
 from evp.calibration import Aims, Run, Targets, check
 from evp.run_table import Table
 from inputs import call, program
-from metals import from_handbook
+from metals import from_handbook, turned_in
 
 GOOD = {"--E": "70e9", "--yield": "95e6", "--stress": "150e6@0.05", "--density": "2700", "--name": "mine"}
 
@@ -316,6 +316,14 @@ def test_shear_is_one_of_three():
     assert off == pytest.approx({strain: 0.2 for strain in (0.5, 1.0, 2.0, 3.0)}, abs=1e-3)
     result = calibration.Result(None, runs, {"shear": {2.0: 0.14, 3.0: 0.16}})
     assert result.misses() == {"shear": {3.0: 0.16}}
+
+
+def test_bonds_that_turn():
+    """Of bonds in all directions: shear yields at 3/pi of what von Mises says; per strain tension gains, and compression loses, what the integral over directions says."""
+    assert turned_in("shear", 0.0) == pytest.approx(3.0 / math.pi - 1.0, abs=1e-3)
+    root = math.sqrt(3.0)
+    slope = 4.5 * (2.0 / 15.0 - 8.0 / (45.0 * root)) / (2.0 / (3.0 * root))  # 4.5 of |d/dt| of cos^2, over the mean of |1.5 cos^2 - 0.5|
+    assert (turned_in("tension", 0.01) - turned_in("compression", 0.01)) / 0.02 == pytest.approx(slope, rel=0.01)
 
 
 @pytest.mark.parametrize("words, is_sheared", [
