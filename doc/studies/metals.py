@@ -171,27 +171,40 @@ def further(name, study):
     return {**found, "shear": Run.from_json(found["shear"])}
 
 
-def turned(gradient, rate):
-    """Flow stress of von Mises of a network of bonds, over that in the first tension: in all directions at first, they turn with a deformation gradient (3, 3), and flow,
-    at one F d, with a stretching (3, 3) without change of volume. The power is the mean of F d |n rate n| over their directions n."""
+def bonds(gradient):
+    """(20000, 3) directions of bonds, all directions at first, that have turned with a deformation gradient (3, 3)."""
     k = np.arange(20000) + 0.5
     z, angle = 1.0 - 2.0 * k / len(k), k * np.pi * (1.0 + math.sqrt(5.0))
-    first = np.stack([z, *(np.sqrt(1.0 - z**2) * of(angle) for of in (np.cos, np.sin))], axis=1)
-    pull = np.diag([1.0, -0.5, -0.5])
+    now = np.stack([z, *(np.sqrt(1.0 - z**2) * of(angle) for of in (np.cos, np.sin))], axis=1) @ np.transpose(gradient)
+    return now / np.linalg.norm(now, axis=1, keepdims=True)
 
-    def stress(directions, rate):
-        return np.mean(np.abs(np.einsum("ki,ij,kj->k", directions, rate, directions))) / math.sqrt(2.0 / 3.0 * np.sum(rate**2))
 
-    now = first @ np.transpose(gradient)
-    return stress(now / np.linalg.norm(now, axis=1, keepdims=True), np.array(rate)) / stress(first, pull)
+def flow_stress(gradient, rate):
+    """Of von Mises, of bonds that have turned with a deformation gradient (3, 3) and flow at one F d with a stretching (3, 3) without change of volume, over their F d: the
+    power is the mean of F d |n rate n| over their directions n."""
+    directions = bonds(gradient)
+    return np.mean(np.abs(np.einsum("ki,ij,kj->k", directions, rate, directions))) / math.sqrt(2.0 / 3.0 * np.sum(np.square(rate)))
+
+
+def stretched(strain):
+    """Deformation gradient of a nominal strain along x at constant volume."""
+    return np.diag([1.0 + strain, *[(1.0 + strain) ** -0.5] * 2])
 
 
 def turned_in(way, strain):
-    """turned() - 1 at a nominal strain of one of WAYS, or at a shear strain."""
-    if way == "shear":
-        return turned([[1.0, strain, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [[0.0, 0.5, 0.0], [0.5, 0.0, 0.0], [0.0, 0.0, 0.0]]) - 1.0
-    stretch = 1.0 + math.copysign(strain, WAYS[way])
-    return turned(np.diag([stretch, stretch**-0.5, stretch**-0.5]), np.diag([1.0, -0.5, -0.5])) - 1.0
+    """flow_stress() over that in tension at first, - 1, at a nominal strain of one of WAYS, or at a shear strain."""
+    pull = np.diag([1.0, -0.5, -0.5])
+    if way == calibration.SHEARED:
+        now = flow_stress([[1.0, strain, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [[0.0, 0.5, 0.0], [0.5, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    else:
+        now = flow_stress(stretched(math.copysign(strain, WAYS[way])), pull)
+    return now / flow_stress(np.eye(3), pull) - 1.0
+
+
+def softer(strain):
+    """By how much the mean of cos^4 of the bonds to the axis, with which E along it goes, has fallen at a nominal strain along it."""
+    first, now = (np.mean(bonds(gradient)[:, 0] ** 4) for gradient in (np.eye(3), stretched(strain)))
+    return 1.0 - now / first
 
 
 def draw(study, results, more):
@@ -281,8 +294,8 @@ def page(results, more):
     alike = [f"at {100.0 * strain:g} %" for strain in ALIKE]
     tension, compression = ({strain: turned_in(way, strain) for strain in STRAINS if strain <= abs(end) + 1e-9} for way, end in WAYS.items())
     turning = {"tension": tension, "compression": compression, "compression over tension": {at: (1.0 + compression[at]) / (1.0 + tension[at]) - 1.0 for at in tension}}
-    shear.append(("*bonds that turn*", f"{100.0 * turned_in('shear', 0.0):+.1f}", *(f"{100.0 * turned_in('shear', strain):+.1f}" for strain in SHEAR_STRAINS)))
-    return {"count": len(results), "spheres": SPHERES, "length": f"{1e3 * calibration.LENGTH:g}", "width": f"{2e3 * calibration.RADIUS:g}", "stocky": STOCKY_METAL,
+    shear.append(("*bonds that turn*", f"{100.0 * turned_in(calibration.SHEARED, 0.0):+.1f}", *(f"{100.0 * turned_in(calibration.SHEARED, strain):+.1f}" for strain in SHEAR_STRAINS)))
+    return {"count": len(results), "spheres": SPHERES, "softer": f"{100.0 * softer(PRESSED):.0f}", "farther": f"{100.0 / (1.0 - softer(PRESSED)) - 100.0:.0f}", "length": f"{1e3 * calibration.LENGTH:g}", "width": f"{2e3 * calibration.RADIUS:g}", "stocky": STOCKY_METAL,
             "turning": (("bonds that turn", *percents), [(way, *(f"{100.0 * values[strain]:+.1f}" if strain in values else "" for strain in STRAINS)) for way, values in turning.items()]),
             "sources": "\n".join(sources), "missed": "\n".join(missed),
             "elastic": (("row", "spheres", "seed", "width [mm]", "E", "nu", *alike, "springback"), elastic),
