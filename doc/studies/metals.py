@@ -295,7 +295,8 @@ def page(results, more):
     tension, compression = ({strain: turned_in(way, strain) for strain in STRAINS if strain <= abs(end) + 1e-9} for way, end in WAYS.items())
     turning = {"tension": tension, "compression": compression, "compression over tension": {at: (1.0 + compression[at]) / (1.0 + tension[at]) - 1.0 for at in tension}}
     shear.append(("*bonds that turn*", f"{100.0 * turned_in(calibration.SHEARED, 0.0):+.1f}", *(f"{100.0 * turned_in(calibration.SHEARED, strain):+.1f}" for strain in SHEAR_STRAINS)))
-    return {"count": len(results), "spheres": SPHERES, "softer": f"{100.0 * softer(PRESSED):.0f}", "farther": f"{100.0 / (1.0 - softer(PRESSED)) - 100.0:.0f}", "length": f"{1e3 * calibration.LENGTH:g}", "width": f"{2e3 * calibration.RADIUS:g}", "stocky": STOCKY_METAL,
+    return {"count": len(results), "spheres": SPHERES, "softer": f"{100.0 * softer(PRESSED):.0f}", "farther": f"{100.0 / (1.0 - softer(PRESSED)) - 100.0:.0f}",
+            "length": f"{1e3 * calibration.LENGTH:g}", "width": f"{2e3 * calibration.RADIUS:g}", "stocky": STOCKY_METAL,
             "turning": (("bonds that turn", *percents), [(way, *(f"{100.0 * values[strain]:+.1f}" if strain in values else "" for strain in STRAINS)) for way, values in turning.items()]),
             "sources": "\n".join(sources), "missed": "\n".join(missed),
             "elastic": (("row", "spheres", "seed", "width [mm]", "E", "nu", *alike, "springback"), elastic),

@@ -118,11 +118,11 @@ def test_what_is_off_the_flow_curve_is_told():
     found = {"shear": shear, "shear yield": 1.07 * runs["tension"].offset_yield / np.sqrt(3.0), "recovered": 0.0056, "elastic": 0.005}
     values = metals.page({"steel_4340": {metals.OTHER: runs}}, {"steel_4340": found})
     header, rows = values["stresses"]
-    assert header[4:] == ("0.2 % yield", "1 %", "2 %", "5 %", "10 %", "15 %", "20 %", "30 %", "40 %")
-    assert rows[0][3:] == ("tension", "+0.1", "**+5.0**", "**+5.0**", "**+5.0**", "**+5.0**", "**-**", "", "", "")
-    assert rows[1][3:] == ("compression", "+0.1", "**-5.0**", "**-5.0**", "**-5.0**", "**-5.0**", "-5.0", "-5.0", "-5.0", "-5.0")
-    assert values["shear"][1] == [("steel_4340", "**+7.0**", "**+12.0**", "+12.0", "+12.0", "+12.0", "+12.0")]
-    assert values["elastic"][1] == [("steel_4340", *metals.OTHER, "+0.0", "+0.0", "**-9.5**", "**-9.5**", "**-9.5**", "**+0.06**")]
+    assert header[5:] == ("0.2 % yield", "1 %", "2 %", "5 %", "10 %", "15 %", "20 %", "30 %", "40 %")
+    assert rows[0][4:] == ("tension", "+0.1", "**+5.0**", "**+5.0**", "**+5.0**", "**+5.0**", "**-**", "", "", "")
+    assert rows[1][4:] == ("compression", "+0.1", "**-5.0**", "**-5.0**", "**-5.0**", "**-5.0**", "-5.0", "-5.0", "-5.0", "-5.0")
+    assert values["shear"][1][0] == ("steel_4340", "**+7.0**", "**+12.0**", "+12.0", "+12.0", "+12.0", "+12.0")
+    assert values["elastic"][1] == [("steel_4340", 2000, 2, "25", "+0.0", "+0.0", "**-9.5**", "**-9.5**", "**-9.5**", "**+0.06**")]
     told = values["missed"].splitlines()
     assert len(told) == 4 + 1 + 4 + 3 + 3 and "- Tension at 5 %: 1 of 1 are off by more than 4 %, from +5.0 to +5.0 %." in told
     assert "- Shear at 40 %: 1 of 1 are off by more than 10 %, from +12.0 to +12.0 %." in told

@@ -6,7 +6,8 @@ the moduli E0 = m1 n1 e1 Nb/(6 V), K = E0/1.5, G = 0.4 E0, and fix evp/volume ad
 true stress is reach() E y, y the limit of its bonds at the plastic strain of the time: the table `flow` has y over xi_s.
 
 Quasi-static runs follow, a pull and a push with each row, and a simple shear of a periodic body, whose results a table on disk keeps.
-Then E, Poisson's ratio and each y are multiplied by target/measured, those of y by the mean of tension, compression and shear. Rows are rounded before they run: the row written is one that ran. The over-stress is linear in gamma: a run with gamma and its twin without.
+Then E, Poisson's ratio and each y are multiplied by target/measured, those of y by the mean of tension, compression and shear.
+Rows are rounded before they run: the row written is one that ran. The over-stress is linear in gamma: a run with gamma and its twin without.
 """
 
 import fcntl
