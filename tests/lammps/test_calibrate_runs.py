@@ -13,15 +13,14 @@ import time
 import doc_blocks
 import numpy as np
 import pytest
-from evp import calibration, curves, flow
+from evp import calibration, flow
 from lammps_run import LMP, REPOSITORY, run_lammps
 
 CALIBRATE = REPOSITORY / "tools" / "calibrate.py"
 TARGETS = {"E": 70e9, "nu": 0.33, "yield": 95e6}
 CURVE = flow.through(70e9, 95e6, ((150e6, 0.04),))
 UP_TO_YIELD = ["--E", "70e9", "--yield", "95e6", "--density", "2700", "--ranks", "1", "--name", "mine", "--spheres", "150"]
-BAR = ["--E", "70e9", "--yield", "95e6", "--stress", "150e6@0.04", "--density", "2700", "--ranks", "1"]
-WORDS = [*BAR, "--nu", "0.33", "--name", "mine", "--spheres", "150"]
+WORDS = ["--E", "70e9", "--yield", "95e6", "--stress", "150e6@0.04", "--density", "2700", "--ranks", "1", "--nu", "0.33", "--name", "mine", "--spheres", "150"]
 SECONDS = 120
 
 # Stands for lmp: counts its calls, spoils one of in.quasistatic on the way, and tells that it started.
@@ -164,16 +163,6 @@ def test_a_metal_that_hardly_hardens(spoilt):
     """Its bonds hold less as they flow: in.quasistatic minimizes again where bonds had to flow at fixed distance."""
     row = row_of(spoilt[0]).split()
     assert min(map(float, row[row.index("flow") + 2 : row.index("density") : 2])) < 0.95
-
-
-def test_row_of_a_slender_body_meets_the_targets_in_it(tmp_path):
-    """By -var material on that body, over its middle. Both ways: test_doc_tutorial.py."""
-    run_lammps("in.specimen", 1, {"n": 200, "length": 0.08, "radius": 0.01, "out": "bar.data"}, tmp_path).ok()
-    calibrate(tmp_path, words=[*BAR, "--tension", "--name", "bar", "--body", "bar.data"])
-    assert "body bar.data, 1 ranks" in (tmp_path / "my.evp").read_text(encoding="utf-8")
-    run_lammps("in.quasistatic", 1, {"specimen": "bar.data", "material": "my.evp:bar", "strain": 0.006, "increment": 0.0001, "out": "pull"}, tmp_path).ok()
-    curve = curves.read_curve(tmp_path / "pull.csv", "strain_gauge")
-    assert curves.modulus(curve.strain, curve.virial) == pytest.approx(70e9, rel=0.01) and curves.numbers(curve)["yield_MPa"] == pytest.approx(95.0, rel=0.06)
 
 
 def test_walk_of_the_howto_page(tmp_path):

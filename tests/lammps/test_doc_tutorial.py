@@ -57,6 +57,7 @@ def test_figures_of_the_page(results):
         own, page = (rows(text, name) for text in (found[6][0], STEPS[6].shown))
         assert len(own) == count and own[:3] + own[5:8] + own[10:] == pytest.approx(page[:3] + page[5:8] + page[10:], rel=SAME, nan_ok=True), name
     modulus, *_, turn, stress, left, _, _, unloading, _ = rows(found[6][0], "pull.csv")
+    assert modulus == pytest.approx(70.0, rel=0.02), "calibrated on this bar"
     assert unloading == pytest.approx(modulus, rel=0.05), "the body unloads with its first modulus"
     assert 0.97 < (turn - left) / (1e-3 * stress / modulus) < 1.1, "springback: the stress over E"
 
