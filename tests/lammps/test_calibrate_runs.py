@@ -14,7 +14,7 @@ import doc_blocks
 import numpy as np
 import pytest
 from evp import calibration, flow
-from lammps_run import LMP, REPOSITORY, run_lammps
+from lammps_run import LMP, REPOSITORY
 
 CALIBRATE = REPOSITORY / "tools" / "calibrate.py"
 TARGETS = {"E": 70e9, "nu": 0.33, "yield": 95e6}
