@@ -3,7 +3,7 @@
 """Calibrates the metals of potentials/metals.evp and writes doc/metals.md: how far each row is from its flow curve, on other bodies.
 
   metals.py                      everything; runs that --work has already are not repeated
-  metals.py --only steel_4340    calibrates these only; the others must be in --work already
+  metals.py --only steel_4340    calibrates these only, unless --work has their rows; the rows of others stay; none: all stay
   metals.py --large steel_4340   only these on 8000 spheres, too; none: no row
 
 tools/calibrate.py fits each row. On bodies of another seed, with -var material, it is then pulled to a strain of 15 %, pressed by
@@ -112,17 +112,17 @@ def targets_of(metal):
 
 
 def calibrated(name, study):
-    """Path of the potential file with the row of the metal alone; made where --work does not hold it."""
+    """FILE:ROW of the metal: a file with this row alone, made where --work does not hold it, or POTENTIALS."""
     out = study.work / f"{name}.evp"
     if out.exists():
-        return out
+        return f"{out}:{name}"
     if name not in study.only:
-        raise RunError(f"{study.work} has no row of {name}: run without --only")
+        return f"{POTENTIALS}:{name}"
     calibrate.main([*METALS[name].words, "--name", name, "--out", str(out), "--spheres", str(SPHERES), "--seed", str(SEED), "--ranks", str(study.ranks),
                     "--timeout", f"{TIMEOUT:g}"])  # a miss is told by the page
     if not out.exists():
         raise RunError(f"no row for {name}")
-    return out
+    return f"{out}:{name}"
 
 
 def loaded(name, cylinder, study):
@@ -130,7 +130,7 @@ def loaded(name, cylinder, study):
     spheres, seed, radius = cylinder
     kept, targets, runs = study.work / f"{name}_{spheres}_{seed}_{1e3 * radius:g}.json", targets_of(METALS[name]), {}
     if not kept.exists():
-        row = f"{calibrated(name, study)}:{name}"
+        row = calibrated(name, study)
         body = calibration.make_body(study.work, spheres, seed, targets.density, TIMEOUT, radius)
         for way in WAYS:
             try:
@@ -148,7 +148,7 @@ def further(name, study):
     stress/E of before}."""
     kept, targets = study.work / f"{name}_further.json", targets_of(METALS[name])
     if not kept.exists():
-        material, more = {"material": f"{calibrated(name, study)}:{name}"}, (study.ranks, study.work, TIMEOUT)
+        material, more = {"material": calibrated(name, study)}, (study.ranks, study.work, TIMEOUT)
         calibration.make_periodic(study.work, OTHER[1], targets.density, TIMEOUT)
         run = calibration.shear(material, targets, SHEAR_STRAINS[-1], 1.0, *more, f"{name}, shear")
         found = {"shear": run.as_json()}
@@ -172,18 +172,20 @@ def further(name, study):
 
 
 def bonds(gradient):
-    """(20000, 3) directions of bonds, all directions at first, that have turned with a deformation gradient (3, 3)."""
+    """(20000, 3) directions of bonds, all directions at first, that have turned with a deformation gradient (3, 3), and (20000) how far they are stretched."""
     k = np.arange(20000) + 0.5
     z, angle = 1.0 - 2.0 * k / len(k), k * np.pi * (1.0 + math.sqrt(5.0))
     now = np.stack([z, *(np.sqrt(1.0 - z**2) * of(angle) for of in (np.cos, np.sin))], axis=1) @ np.transpose(gradient)
-    return now / np.linalg.norm(now, axis=1, keepdims=True)
+    stretch = np.linalg.norm(now, axis=1)
+    return now / stretch[:, None], stretch
 
 
-def flow_stress(gradient, rate):
-    """Of von Mises, of bonds that have turned with a deformation gradient (3, 3) and flow at one F d with a stretching (3, 3) without change of volume, over their F d: the
-    power is the mean of F d |n rate n| over their directions n."""
-    directions = bonds(gradient)
-    return np.mean(np.abs(np.einsum("ki,ij,kj->k", directions, rate, directions))) / math.sqrt(2.0 / 3.0 * np.sum(np.square(rate)))
+def flow_stress(gradient, rate, thin=True):
+    """Of von Mises, of bonds that have turned with a deformation gradient (3, 3) and flow with a stretching (3, 3) without change of volume, over F d of one that is not
+    stretched: the power is the mean of F d |n rate n| over their directions n. F d is that of all, or of those that thin goes with 1/stretch."""
+    directions, stretch = bonds(gradient)
+    power = np.abs(np.einsum("ki,ij,kj->k", directions, rate, directions)) * (1.0 / stretch if thin else 1.0)
+    return np.mean(power) / math.sqrt(2.0 / 3.0 * np.sum(np.square(rate)))
 
 
 def stretched(strain):
@@ -191,19 +193,19 @@ def stretched(strain):
     return np.diag([1.0 + strain, *[(1.0 + strain) ** -0.5] * 2])
 
 
-def turned_in(way, strain):
+def turned_in(way, strain, thin=True):
     """flow_stress() over that in tension at first, - 1, at a nominal strain of one of WAYS, or at a shear strain."""
     pull = np.diag([1.0, -0.5, -0.5])
     if way == calibration.SHEARED:
-        now = flow_stress([[1.0, strain, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [[0.0, 0.5, 0.0], [0.5, 0.0, 0.0], [0.0, 0.0, 0.0]])
+        now = flow_stress([[1.0, strain, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [[0.0, 0.5, 0.0], [0.5, 0.0, 0.0], [0.0, 0.0, 0.0]], thin)
     else:
-        now = flow_stress(stretched(math.copysign(strain, WAYS[way])), pull)
+        now = flow_stress(stretched(math.copysign(strain, WAYS[way])), pull, thin)
     return now / flow_stress(np.eye(3), pull) - 1.0
 
 
 def softer(strain):
-    """By how much the mean of cos^4 of the bonds to the axis, with which E along it goes, has fallen at a nominal strain along it."""
-    first, now = (np.mean(bonds(gradient)[:, 0] ** 4) for gradient in (np.eye(3), stretched(strain)))
+    """By how much the mean of cos^4 of the bonds to the axis, over their stretch, with which E along it goes, has fallen at a nominal strain along it."""
+    first, now = (np.mean(directions[:, 0] ** 4 / stretch) for directions, stretch in map(bonds, (np.eye(3), stretched(strain))))
     return 1.0 - now / first
 
 
@@ -292,8 +294,10 @@ def page(results, more):
                f"{metal.source}. Heat: {metal.heat}; {metal.heat_source}." for name, metal in METALS.items()]
     percents, missed = [f"{100.0 * strain:g} %" for strain in STRAINS], filter(None, (sentence(*one) for one in every.items()))
     alike = [f"at {100.0 * strain:g} %" for strain in ALIKE]
-    tension, compression = ({strain: turned_in(way, strain) for strain in STRAINS if strain <= abs(end) + 1e-9} for way, end in WAYS.items())
-    turning = {"tension": tension, "compression": compression, "compression over tension": {at: (1.0 + compression[at]) / (1.0 + tension[at]) - 1.0 for at in tension}}
+    turning = {}
+    for thin, of in ((True, ""), (False, ", bonds that do not thin")):
+        tension, compression = ({strain: turned_in(way, strain, thin) for strain in STRAINS if strain <= abs(end) + 1e-9} for way, end in WAYS.items())
+        turning |= {f"tension{of}": tension, f"compression{of}": compression, f"compression over tension{of}": {at: (1.0 + compression[at]) / (1.0 + tension[at]) - 1.0 for at in tension}}
     shear.append(("*bonds that turn*", f"{100.0 * turned_in(calibration.SHEARED, 0.0):+.1f}", *(f"{100.0 * turned_in(calibration.SHEARED, strain):+.1f}" for strain in SHEAR_STRAINS)))
     return {"count": len(results), "spheres": SPHERES, "softer": f"{100.0 * softer(PRESSED):.0f}", "farther": f"{100.0 / (1.0 - softer(PRESSED)) - 100.0:.0f}",
             "length": f"{1e3 * calibration.LENGTH:g}", "width": f"{2e3 * calibration.RADIUS:g}", "stocky": STOCKY_METAL,
@@ -311,13 +315,17 @@ def main(words=None):
             bodies = (OTHER, *([LARGE] if name in study.large else []), *([STOCKY] if name == STOCKY_METAL else []))
             results[name] = {body: loaded(name, body, study) for body in bodies}
             more[name] = further(name, study)
-        rows, others = [], [block for block in POTENTIALS.read_text(encoding="utf-8").strip().split("\n\n")[1:] if block.splitlines()[-1].split()[0] not in METALS]
+        head, *blocks = POTENTIALS.read_text(encoding="utf-8").strip().split("\n\n")
+        rows, stood = [], {block.splitlines()[-1].split()[0]: block for block in blocks}
         for name, metal in METALS.items():
-            head, mark, rest = (study.work / f"{name}.evp").read_text(encoding="utf-8").partition(f"# {name}:")
+            if not (study.work / f"{name}.evp").exists():
+                rows += ["", *stood[name].splitlines()]
+                continue
+            mark, rest = (study.work / f"{name}.evp").read_text(encoding="utf-8").partition(f"# {name}:")[1:]
             lines = (mark + rest).splitlines()
             rows += ["", lines[0], f"#   source: {metal.title}: {metal.source}", f"#   heat: {metal.heat_source}", *lines[1:-1], f"{lines[-1]} {metal.heat}"]
-        rows += [line for block in others for line in ("", *block.splitlines())]
-        POTENTIALS.write_text("\n".join([head.rstrip("\n"), *rows, ""]), encoding="utf-8")
+        rows += [line for name, block in stood.items() if name not in METALS for line in ("", *block.splitlines())]
+        POTENTIALS.write_text("\n".join([head, *rows, ""]), encoding="utf-8")
         draw(study, results, more)
         study.write(**page(results, more))
 

@@ -91,6 +91,14 @@ inline Row parse_row(const std::vector<std::string> &words)
       at += 2;
       continue;
     }
+    if (words[at] == "bonds") {
+      if (at + 1 == words.size() || words[at + 1] != "thin")
+        throw BadInput("keyword bonds of a row takes the word thin: where they flow their force "
+                       "goes with (R_i + R_j)/deq");
+      row.thins = 1.0;
+      at += 2;
+      continue;
+    }
     if (words[at] == "saturation")
       throw BadInput("keyword saturation of a row is gone: how far bonds hold is a table now, flow "
                      "p0 Y0 p1 Y1 ... (plastic strain, limit over xi_s)");
@@ -98,7 +106,8 @@ inline Row parse_row(const std::vector<std::string> &words)
     if (!member || member < MEMBERS + NREQUIRED || member->place != Member::HEAD)
       throw BadInput("unknown keyword '" + shown(words[at]) + "' of a row: after its " +
                      std::to_string(NREQUIRED) + " values it may have " +
-                     keys_of(MEMBERS + NREQUIRED, std::end(MEMBERS), ", ") + ", flow, limit");
+                     keys_of(MEMBERS + NREQUIRED, std::end(MEMBERS), ", ") +
+                     ", flow, limit, bonds");
     at = parse_keyword(words, at, *member, row);
   }
   if ((row.spacing > 0.0) != (row.coordination > 0.0))
@@ -119,6 +128,7 @@ inline std::string row_text(const Row &row)
       text += (text.empty() ? "" : " ") + shortest_text(row.*member.value);
     }
   if (row.limit_own != 0.0) text += " limit own";
+  if (row.thins != 0.0) text += " bonds thin";
   return row.flow.n > 0 ? text + " flow " + flow_text(row.flow) : text;
 }
 

@@ -106,11 +106,12 @@ template <class Powers> class Law {
  public:
   Regime<Powers> first, second;
   double xi_s, gamma;
+  double thickness_per_cutoff;    ///< see thickness(); 0: bonds are all as thick
 
   /// Throws BadInput where a member breaks its rule, or numbers of this law would overflow.
   explicit Law(const Row &row) :
       first(row.e1, row.m1, row.n1), second(row.e2, row.m2, row.n2), xi_s(row.xi_s),
-      gamma(row.gamma)
+      gamma(row.gamma), thickness_per_cutoff(row.thins / row.alpha)
   {
     const auto at = [this](double strain) {
       const double s = 1.0 / (1.0 + strain);
@@ -181,6 +182,20 @@ template <class Powers> class Law {
     return std::fabs(force * held * log_of_ratio(r, held));
   }
 
+  /// (R_i + R_j)/deq of a bond that thins, else 1: of its force and what it stores, over those of the law. cutoff: dlim.
+  EVP_INLINE double thickness(double cutoff, double inv_deq) const
+  {
+    return thickness_per_cutoff > 0.0 ? thickness_per_cutoff * cutoff * inv_deq : 1.0;
+  }
+
+  /// dissipated() of a bond that thins: what is done on it, the integral of -F along d, and what it stores the less. thickness:
+  /// before; carried, stored: F d and what it stores over its thickness.
+  EVP_INLINE static double dissipated_thinning(double thickness, double carried, double stored,
+                                               double r, double held)
+  {
+    return thickness * (r - held) / r * (stored - carried);
+  }
+
  private:
   struct Threshold {
     double force, stored;    ///< F_I deq and Phi_I - Phi_I(deq) at ds
@@ -201,6 +216,7 @@ struct PairVariables {
   double inv_deq;    ///< 1/deq [1/length]
   Flow flow = Flow::FORGETS;
   double limit = 0.0;    ///< how far it holds, where flow stays
+  double cut = 0.0;      ///< distance beyond which nothing acts: there its energy is zero [length]
 };
 
 /// All that the law says of one pair. Forces and stiffness with their units: [energy/length], [energy/length^2].
@@ -234,6 +250,7 @@ class PairLaw : public Law<AnyPowers> {
     PairState now = pair.flow == Flow::FORGETS ? state_forgetting(r)
         : pair.flow == Flow::STAYS             ? state_flowing<false>(r, pair.limit)
                                                : state_flowing<true>(r, pair.limit);
+    if (pair.flow == Flow::STAYS && row.thins != 0.0) thin(now, r, pair);
     now.inv_deq *= pair.inv_deq;
     const double per_square = now.inv_deq * now.inv_deq;
     now.stiffness_ahead = std::max(now.stiffness, now.stiffness_ahead) * per_square;
@@ -277,6 +294,16 @@ class PairLaw : public Law<AnyPowers> {
     now.stiffness_ahead = row.m1 * row.n1 * row.e1;
     now.regime = std::fabs(strain) >= AT_LIMIT * limit ? 2 : 1;
     return now;
+  }
+
+  /// From what state_flowing() finds, of a bond as thick as all.
+  void thin(PairState &now, double r, const PairVariables &pair) const
+  {
+    const double before = thickness(pair.cut, pair.inv_deq), after = before * now.inv_deq;
+    const double at = r * now.inv_deq;
+    now.dissipated = dissipated_thinning(before, now.force * at, now.stored.elastic, r, at);
+    for (double *value : {&now.force, &now.stored.elastic, &now.stiffness, &now.stiffness_ahead})
+      *value *= after;
   }
 
   /// Leaves room for distances far from deq and for products of forces.

@@ -77,7 +77,6 @@ constexpr int BLOCK_SIZE = 256;
 /// One pair of a list. Its i is that of its PackedRow.
 struct PackedPair : PairVariables {
   double cutsq;    ///< square of the distance beyond which nothing acts, its margin included
-  double cut;      ///< that distance without the margin: there the energy is zero [length]
   int j;           ///< partner, local or ghost
   int law;         ///< index of the pair type's law
   bool is_bond;
@@ -212,9 +211,8 @@ class PairList {
   /// The pair with that index.
   PackedPair pair(size_t n) const
   {
-    return {{inv_deq[n], flow_, stays() ? limit[n] : 0.0},
+    return {{inv_deq[n], flow_, stays() ? limit[n] : 0.0, std::sqrt(cutsq[n]) / (1.0 + margin)},
             cutsq[n],
-            std::sqrt(cutsq[n]) / (1.0 + margin),
             j[n],
             law[n],
             are_bonds};

@@ -46,7 +46,8 @@ struct Row {
   double density = 0.0;         ///< of the solid [mass/volume]
   FlowTable flow = {};          ///< with plasticity
   double limit_own =
-      0.0;    ///< 1: its pairs hold by xi_s, whatever their spheres have gone through
+      0.0;               ///< 1: its pairs hold by xi_s, whatever their spheres have gone through
+  double thins = 0.0;    ///< 1: its bonds get thinner as they flow, see Law::thickness()
 
   // of fix evp/heat
   double conductivity = 0.0;    ///< of the solid [power/length/temperature]
@@ -226,7 +227,7 @@ inline const Row &checked(const Row &row)
 
 inline bool operator==(const Row &a, const Row &b)
 {
-  return a.flow == b.flow && a.limit_own == b.limit_own &&
+  return a.flow == b.flow && a.limit_own == b.limit_own && a.thins == b.thins &&
       std::all_of(std::begin(MEMBERS), std::end(MEMBERS), [&](const Member &member) {
            return a.*member.value == b.*member.value;
          });

@@ -451,9 +451,10 @@ int64_t PairHistories::find_far()
     const double dlim = law.row.alpha * (atom->radius[i] + partner.radius);
     const Span span = rules.of_bond(bond.deq, dlim);
     const double limit = rules.plastic ? limit_of(index, i, partner.value) : 0.0;
-    far.push_back(
-        {i, (tagint) bond.partner, bond.deq, partner.radius, span.cutoff, !(span.cutoff < dlim),
-         law.state(span.cutoff / bond.deq, {1.0 / bond.deq, rules.flow_of_bonds(), limit})});
+    far.push_back({i, (tagint) bond.partner, bond.deq, partner.radius, span.cutoff,
+                   !(span.cutoff < dlim),
+                   law.state(span.cutoff / bond.deq,
+                             {1.0 / bond.deq, rules.flow_of_bonds(), limit, span.cutoff})});
   };
 
   std::vector<std::pair<int, int>> far_away;    // atom, slot: the partner is not even a ghost

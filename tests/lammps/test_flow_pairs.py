@@ -14,6 +14,7 @@ from small_bodies import dump, energies, grips, head, mass_of, pair, thermo, tur
 ROW = law.TABLE1
 FORCE = ROW.m1 * ROW.n1 * ROW.e1 * ROW.xi_s / 0.01  # of a pair at its threshold [N]
 FALLING = (0, 1, 2, 3, 10, 0.5)  # Y rises and falls
+THIN = " bonds thin"
 
 
 def flow_words(table):
@@ -22,7 +23,7 @@ def flow_words(table):
 
 # ---- one pair, led to random distances
 
-DEQ = 0.011
+DEQ, SUM_RADII = 0.011, 0.01
 LED = """
 fix hold all nve/noforce
 timestep 1e-12
@@ -45,10 +46,10 @@ write_evp_bonds end.bonds
 """
 
 
-@pytest.mark.parametrize("e2, table", [(0.3, None), (3.0, FALLING), (3.0, "own")])
-def test_a_pair_through_random_reversals(lmp, tmp_path, e2, table):
+@pytest.mark.parametrize("e2, table, thin", [(0.3, None, None), (3.0, FALLING, None), (3.0, "own", None), (3.0, FALLING, SUM_RADII)])
+def test_a_pair_through_random_reversals(lmp, tmp_path, e2, table, thin):
     """300 of them (2000: tests/unit), each in one timestep, some without a change of the distance, some by a fifth of it, with limits that grow, that fall,
-    and of a pair of two types that holds by its own."""
+    of a pair of two types that holds by its own, and of one that thins."""
     row = ROW._replace(e2=e2)
     rng = np.random.default_rng(7)
     targets = rng.uniform(-0.03, 0.03, 300) * DEQ
@@ -56,14 +57,14 @@ def test_a_pair_through_random_reversals(lmp, tmp_path, e2, table):
     targets[3::8] = targets[2::8]
     write_two(tmp_path / "body.data", DEQ)
     (tmp_path / "targets.txt").write_text("".join(f"{0.5 * DEQ + target:.17g}\n" for target in targets))
-    start, coeffs = "read_data body.data", f"pair_coeff * * {words(row)}{flow_words(table)}\n"
+    start, coeffs = "read_data body.data", f"pair_coeff * * {words(row)}{flow_words(table)}{THIN if thin else ''}\n"
     if table == "own":
         start += " extra/atom/types 1\nset atom 2 type 2"
         coeffs, table = f"pair_coeff * * {words(row._replace(xi_s=0.002))}{flow_words(FALLING)}\npair_coeff 1 2 {words(row)} limit own\n", (0, 1)
     style = f"pair_style evp/lj contact none plasticity isotropic\n{coeffs}fix bonds all evp/bonds\n"
     lmp(head("off", start=start, skin=0.006) + style + LED, 2).ok()
     found = read_csv(tmp_path / "way.csv")
-    led = lead(found["d"], DEQ, row, table)
+    led = lead(found["d"], DEQ, row, table, thin=thin)
     fell = np.any(np.diff(led.limit) < 0.0)
     assert len(found["d"]) == 300 and np.ptp(led.deq) > 0.02 * DEQ and (table == (0, 1) or np.ptp(led.limit) > ROW.xi_s) and fell == (table == FALLING), "control"
     assert np.abs(found["deq"] / led.deq - 1.0).max() < 1e-12
@@ -84,11 +85,12 @@ SOFTENS = (0, 1, 0.1, 2, 0.3, 0.5)
 TABLES = {1: None, 2: SOFTENS}
 
 
-@pytest.mark.parametrize("contact, broken, newton, ranks", [("none", None, "off", 2), ("repulsive", 0.3, "on", 1), ("join 1.2", 0.3, "off", 2), ("join 1.35", None, "on", 1)])
-def test_a_body_of_two_types(lmp, tmp_path, small, contact, broken, newton, ranks):
+@pytest.mark.parametrize("contact, broken, newton, ranks, thins", [
+    ("none", None, "off", 2, False), ("repulsive", 0.3, "on", 1, True), ("join 1.2", 0.3, "off", 2, True), ("join 1.35", None, "on", 1, False)])
+def test_a_body_of_two_types(lmp, tmp_path, small, contact, broken, newton, ranks, thins):
     """Its motion, deq and energies, and p and work of its spheres, as tests/oracle/metal.py has them after 200 steps: with limits by the types of the
-    spheres, one that hardens and one that softens, and bonds that end."""
-    coeffs = f"pair_coeff 1 1 {words(FLOWING)}\npair_coeff 2 2 {words(WEAK)}{flow_words(SOFTENS)}\npair_coeff 1 2 {words(SOFT)}\n"
+    spheres, one that hardens and one that softens, bonds that end, and those of one type that thin."""
+    coeffs = f"pair_coeff 1 1 {words(FLOWING)}{THIN if thins else ''}\npair_coeff 2 2 {words(WEAK)}{flow_words(SOFTENS)}\npair_coeff 1 2 {words(SOFT)}\n"
     style = f"pair_style evp/lj contact {contact} plasticity isotropic break {broken or 'none'}\n{coeffs}{BONDS}\n"
     text = head(newton) + style + SHAKE + "fix energy all evp/energy\nfix move all nve\ntimestep 3e-7\nthermo 200\n" + thermo("ke f_energy f_energy[*]")
     text += dump(every=200) + "run 200\nwrite_evp_bonds end.bonds\n"
@@ -96,7 +98,7 @@ def test_a_body_of_two_types(lmp, tmp_path, small, contact, broken, newton, rank
     first, last = run.dump("all.dump")
     bonds = {key: deq for key, deq in small.bonds.items() if deq <= 1.1 * sum(small.radius[k - 1] for k in key)}
     body = metal.Metal(first.x, first.v, small.radius, mass_of(small.radius), ROWS, bonds, 3e-7, TABLES, small.types, contact.split()[0],
-                       failure=broken, join=float((contact + " 1.2").split()[1])).run(200)
+                       failure=broken, join=float((contact + " 1.2").split()[1]), thins=[(1, 1)] if thins else []).run(200)
     found, pairs = energies(run.thermo()), read_pairs(tmp_path / "end.bonds")
     assert np.abs(last.x - body.x).max() < 1e-10 and np.abs(last.v - body.v).max() < 1e-8 * np.abs(body.v).max()
     for own, wanted in ((pairs.bonds, body.records()), (pairs.contacts, body.records(bonds=False))):

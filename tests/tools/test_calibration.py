@@ -158,7 +158,7 @@ def test_rows_are_appended_whole(tmp_path):
     text = out.read_text(encoding="utf-8").splitlines()
     assert text[0].startswith("# UNITS: si") and [path.name for path in tmp_path.iterdir()] == ["a.evp"]
     assert text[-count - 2 : -count] == ["x 80 8 4 3 8 4 0.005 0 1.5 spacing 0.004 coordination 12.5",
-                                         "y 80 8 4 3 8 4 0.005 1000 1.5 spacing 0.004 coordination 12.5 kv 300 flow 0 1 0.05 1.25"]
+                                         "y 80 8 4 3 8 4 0.005 1000 1.5 spacing 0.004 coordination 12.5 kv 300 bonds thin flow 0 1 0.05 1.25"]
     assert sorted(text[-count:]) == sorted(f"row{number} 1" for number in range(count))
 
 
@@ -210,7 +210,7 @@ def test_another_body_is_no_resumption(tmp_path, monkeypatch):
     assert seen[0] == seen[1] != seen[2]
 
 
-BODY = calibration.Body(None, 4000, 26000, 0.003, 1e-5)
+BODY = calibration.Body(None, 4000, 26000, 0.003, 1e-5, 1.0)
 
 
 def network_of(material, body):
@@ -230,7 +230,7 @@ def affine_stress(strains, material, body):
     def pull(a, b):
         """(axial, lateral stress, what flowed) at a, b."""
         stretch = np.sqrt((1.0 + a) ** 2 * c2 + (1.0 + b) ** 2 * (1.0 - c2))
-        flowed = law.flow_bond(stretch, deq, material.row, law.limit(plastic, material.row, material.flow or None))
+        flowed = law.flow_bond(stretch, deq, material.row, law.limit(plastic, material.row, material.flow or None), 1.0)
         along = -body.bonds / body.volume * weights * flowed.force / stretch
         push = material.kv * body.count / body.volume * ((1.0 + a) * (1.0 + b) ** 2 - 1.0) * (1.0 + b)
         axial = np.sum(along * c2) * (1.0 + a) + push * (1.0 + b)
@@ -319,11 +319,13 @@ def test_shear_is_one_of_three():
 
 
 def test_bonds_that_turn():
-    """Of bonds in all directions: shear yields at 3/pi of what von Mises says; per strain tension gains, and compression loses, what the integral over directions says."""
+    """Of bonds in all directions: shear yields at 3/pi of what von Mises says; per strain tension gains, and compression loses, what the integral over directions says,
+    and two thirds of it where bonds thin, as with the third power of the thickness nothing is left."""
     assert turned_in("shear", 0.0) == pytest.approx(3.0 / math.pi - 1.0, abs=1e-3)
     root = math.sqrt(3.0)
     slope = 4.5 * (2.0 / 15.0 - 8.0 / (45.0 * root)) / (2.0 / (3.0 * root))  # 4.5 of |d/dt| of cos^2, over the mean of |1.5 cos^2 - 0.5|
-    assert (turned_in("tension", 0.01) - turned_in("compression", 0.01)) / 0.02 == pytest.approx(slope, rel=0.01)
+    for thin, share in ((False, 1.0), (True, 2.0 / 3.0)):
+        assert (turned_in("tension", 0.01, thin) - turned_in("compression", 0.01, thin)) / 0.02 == pytest.approx(share * slope, rel=0.01)
 
 
 @pytest.mark.parametrize("words, is_sheared", [

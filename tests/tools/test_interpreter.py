@@ -119,7 +119,7 @@ def test_root_may_start_ranks(monkeypatch):
 
 def test_calibration_does_not_try_again(refusing, tmp_path, monkeypatch):
     """A search would halve the increments; the body would be packed twice. The command says it."""
-    body = calibration.Body(tmp_path / "body.data", 4000, 26000, 0.003, 1e-5)
+    body = calibration.Body(tmp_path / "body.data", 4000, 26000, 0.003, 1e-5, 1.0)
     table = Table(tmp_path / "t.jsonl", {})
     try:
         search = calibration.Search(Targets(70e9, flow.through(70e9, 95e6, ((150e6, 0.05),)), 2700.0), body, table, 2, tmp_path, 10.0, print)

@@ -29,6 +29,8 @@ Row scaled(Row row, double energies, double gamma)
 // one law, several with the same exponents, and exponents of their own
 const std::vector<std::vector<Row>> LAWS = {
     {TABLE2},
+    {thinning(TABLE2)},
+    {thinning(TABLE2), TABLE2, thinning(with_exponents(8.5, 4.25, 7.5, 2.5))},
     {with_exponents(6, 3, 6, 3)},
     {with_exponents(4, 2, 4, 2)},
     {with_exponents(2, 1, 2, 1)},

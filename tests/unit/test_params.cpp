@@ -148,9 +148,12 @@ TEST(ParseRow, RefusesWhatIsNoRow)
       {"80 200 4 3 8 4 0.999 0 1.5", "overflow"},    // (1 - xi_s)^-(m+1) = 1e603 when compressed
       {"1e308 8 4 3 8 4 0.005 0 1.5", "overflow"},
       {TABLE1 + " pitch 1", "unknown keyword 'pitch'", "after its 9 values",
-       "spacing, coordination, kv, density, conductivity, capacity, soften, melt, rate, flow, limit"},
+       "spacing, coordination, kv, density, conductivity, capacity, soften, melt, rate, flow, "
+       "limit, "
+       "bonds"},
       {TABLE1 + " limit", "keyword limit of a row takes the word own"},
       {TABLE1 + " limit 3", "keyword limit of a row takes the word own"},
+      {TABLE1 + " bonds", "keyword bonds of a row takes the word thin"},
       {"80 8 4 3 8 4 0.19 0 1.5 limit own", "limit own needs xi_s below 0.189207"},
       {TABLE1 + " e1 1", "unknown keyword 'e1'"},
       {TABLE1 + " Spacing 1 coordination 2", "unknown keyword 'Spacing'"},
@@ -226,7 +229,8 @@ TEST(ParseRow, TakesKeywordsInAnyOrder)
 TEST(RowText, IsReadAsTheSameRow)
 {
   for (const std::string words :
-       {"", " kv 0.1", " kv 0.1 limit own", " rate 0.015 1", " conductivity 120 capacity 875 soften 0 775 1 0.02 melt 400000",
+       {"", " kv 0.1", " kv 0.1 limit own", " kv 0.1 bonds thin", " rate 0.015 1",
+        " conductivity 120 capacity 875 soften 0 775 1 0.02 melt 400000",
         " spacing 0.00442 coordination 11.9 density 2700 flow 0 1 0.1 "
         "1.5 0.30000000000000004 0.5"}) {
     const std::string text = "0.1 8 4 0.30000000000000004 8 4 0.005 0 1.5" + words;

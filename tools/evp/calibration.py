@@ -2,12 +2,12 @@
 """Calibration: the row of a metal by its E, Poisson's ratio and flow curve, in tension, compression and simple shear.
 
 A closed form gives the first row: in a body with Nb/V bonds and N/V particles per volume, the network of bonds has
-the moduli E0 = m1 n1 e1 Nb/(6 V), K = E0/1.5, G = 0.4 E0, and fix evp/volume adds kv N/V to K. Where the body flows its
-true stress is reach() E y, y the limit of its bonds at the plastic strain of the time: the table `flow` has y over xi_s.
+the moduli E0 = m1 n1 e1 <(R_i + R_j)/deq> Nb/(6 V), as its bonds thin, K = E0/1.5, G = 0.4 E0, and fix evp/volume adds kv N/V to K.
+Where the body flows its true stress is reach() E y, y the limit of its bonds at the plastic strain of the time: the table `flow` has y over xi_s.
 
 Quasi-static runs follow, a pull and a push with each row, and a simple shear of a periodic body, whose results a table on disk keeps.
 Then E, Poisson's ratio and each y are multiplied by target/measured, those of y by the mean of tension, compression and shear.
-Rows are rounded before they run: the row written is one that ran. The over-stress is linear in gamma: a run with gamma and its twin without.
+Rows are rounded before they run: the row written is one that ran. The over-stress grows nearly as gamma: runs with gamma and a twin without.
 """
 
 import fcntl
@@ -34,7 +34,7 @@ LEAST_NU, LARGEST_NU = 0.25, 0.42  # of central forces alone; where lateral stif
 NU_LIMIT = 0.48  # of the closed form
 XI_RANGE = (2e-5, 0.05)  # of y: below, round-off of positions shows; above, the first regime itself is bent
 SOFTENING = 3.0 / 80.0  # e2/e1 as in Table 1: with a table flow only eq. 8, plasticity none, has a second regime
-REACH = ((0.002, 1.6), (0.005, 1.85), (0.01, 1.95), (0.05, 2.05), (0.12, 1.95), (0.3, 1.4), (0.45, 1.27), (2.0, 1.3))  # of reach()
+REACH = ((0.002, 1.36), (0.005, 1.68), (0.01, 1.8), (0.05, 1.86), (0.12, 1.75), (0.3, 1.27), (0.45, 1.1), (1.0, 1.3), (2.0, 1.3))  # of reach()
 BULK, SHEAR = 1.0 / 1.5, 0.4  # K/E0 without the volume energy, which adds x; G/E0
 DENSITIES = (100.0, 3e4)  # [kg/m3] between which the unit is no doubt
 SOFTEST = 1e6  # [Pa] Young's modulus below which the unit is in doubt
@@ -45,6 +45,7 @@ OWN = 4.0  # weight of the residuals of E and nu, which have coefficients of the
 SETTLED = 0.01  # of E, nu, and of y in the mean: a row that would change by less is not run
 WITHIN = 0.005  # of an over-stress
 PLASTIC = (0.0, 0.002, 0.005, 0.01, 0.02, 0.05, 0.08, 0.12, 0.2, 0.3, 0.45, 0.7, 1.0, 1.5, flow.FAR)  # plastic strains of a table
+FEW = 16  # points of a flow curve, which has bends there
 LEAST_START = 0.7  # of the stress at the next plastic strain: at 0
 WAYS = {"tension": 0.15, "compression": -0.4}  # nominal strain at the end
 SHEARED = "shear"  # a further way, whose strains are shear strains
@@ -89,9 +90,10 @@ class Targets(NamedTuple):
 
     @property
     def places(self):
-        """Plastic strains of the table: PLASTIC, and where the curve is known no farther."""
-        end = self.curve.end
-        return np.array(sorted({end, *(place for place in PLASTIC if not 0.8 * end < place < 1.25 * end)}))
+        """Plastic strains of the table: PLASTIC, and in place of those near them the points of a curve that has few, and where it is known no farther."""
+        own = self.curve.plastic[1:] if len(self.curve.plastic) <= FEW else []
+        given = {self.curve.end, *(float(point) for point in own if point < flow.FAR)}
+        return np.array(sorted(given | {place for place in PLASTIC if not any(0.8 * point < place < 1.25 * point for point in given)}))
 
     def end(self, way):
         """Nominal strain to which a way goes, of SHEARED the shear strain: of WAYS, or where the curve is known no farther."""
@@ -243,6 +245,7 @@ class Body(NamedTuple):
     bonds: int
     spacing: float  # mean deq [m]
     square: float  # mean deq^2 [m2]
+    thickness: float  # mean (R_i + R_j)/deq, of the stiffness of bonds that thin
     volume: float = math.pi * RADIUS**2 * LENGTH  # [m3]
     length: float = LENGTH  # along x [m]
 
@@ -255,7 +258,7 @@ def measure(path):
     """The Body of a data file with its FILE.body. OSError or ValueError where one is missing or is none."""
     read, size = specimen.read_data(path), specimen.read_body(path)
     deq = specimen.bond_lengths(read, ALPHA)
-    return Body(pathlib.Path(path), len(read.ids), len(deq), float(deq.mean()), float(np.mean(deq**2)), size["volume"], size["length"])
+    return Body(pathlib.Path(path), len(read.ids), len(deq), float(deq.mean()), float(np.mean(deq**2)), specimen.thickness(read, ALPHA), size["volume"], size["length"])
 
 
 def make_body(folder, count, seed, density, timeout, radius=RADIUS):
@@ -313,7 +316,7 @@ class Material(NamedTuple):
     def words(self, spacing, coordination):
         """As a potential file has it after the name; the measures of the body are texts."""
         numbers = {"": self.row, f"spacing {spacing} coordination {coordination}": (), "kv": (self.kv,) if self.kv else None,
-                   "flow": self.flow or None}
+                   "bonds thin flow": self.flow or None}
         return " ".join(" ".join([name, *(f"{value:.6g}" for value in values)]).strip()
                         for name, values in numbers.items() if values is not None)
 
@@ -424,7 +427,7 @@ def material_of(aims, body):
     """The Material, as it is printed, that by the closed form gives these Aims in a Body."""
     (m, n), volume = EXPONENTS, 0.0 if aims.nu is None else max(0.0, volume_ratio(min(aims.nu, NU_LIMIT)))
     network = aims.modulus / moduli(volume)[0]
-    e1 = rounded(6.0 * network * body.volume / (m * n * body.bonds))
+    e1 = rounded(6.0 * network * body.volume / (m * n * body.bonds * body.thickness))
     limits = np.clip(aims.stresses / (reach(aims.places) * aims.modulus), *XI_RANGE)
     table = [(place, rounded(limit / limits[0])) for place, limit in zip(aims.places, limits)]
     row = law.Row(e1, m, n, rounded(SOFTENING * e1), m, n, rounded(limits[0]), 0.0, ALPHA)
@@ -522,9 +525,10 @@ class Search:
         rates = self.targets.rates
         over, rate = (math.exp(sum(math.log(pair[k]) for pair in rates) / len(rates)) for k in (0, 1))
         m, n = EXPONENTS
-        gamma = rounded(0.5 * over / (result.runs[self.targets.ways[0]].modulus * rate) * m * n * result.material.row.e1 / self.body.square)  # in flow twice E tau rate
+        gamma = rounded(0.5 * over / (result.runs[self.targets.ways[0]].modulus * rate) * m * n * result.material.row.e1 * self.body.thickness / self.body.square)  # in flow twice E tau rate
         material = result.material
         twin = self.rate_run(0, material, rate)
+        power, before = 1.0, None  # over-stress goes with this power of gamma
         for number in range(1, RATE_RUNS + 1):
             found = self.rate_run(number, material._replace(row=material.row._replace(gamma=gamma)), rate) - twin
             self.say(f"rate run {number}: over-stress {found / 1e6:.4g} MPa at {rate:g}/s, {100 * (found / over - 1.0):+.2f} %")
@@ -532,7 +536,10 @@ class Search:
                 return gamma, found / rate
             if found <= 0.0:
                 raise ValueError(f"--rate: the damped run at {rate:g}/s shows no over-stress: {found:.3g} Pa")
-            gamma = rounded(gamma * over / found)
+            if before:
+                power = max(0.5, math.log(found / before[1]) / math.log(gamma / before[0]))
+            before = gamma, found
+            gamma = rounded(gamma * (over / found) ** (1.0 / power))
         raise ValueError(f"--rate: the over-stress was not met within {100 * WITHIN:g} % in {RATE_RUNS} runs; the last had {found:.4g} Pa at {rate:g}/s")
 
     def rate_run(self, number, material, rate):

@@ -10,10 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from . import curves, law
-from .specimen import bond_lengths
+from .specimen import bond_lengths, thickness
 
 STRAINS = (0.002, 0.005, *curves.STRAINS_REPORTED.values())  # the first in the elastic part
 REFERENCE_COUNT, REFERENCE_VOLUME = 500, np.pi * 0.02**2 * 0.05  # spheres and volume [m3] of the paper's specimen, for which a row of its tables is meant
+VALUES = ("own", "thin")  # of keywords of a row that have a word for a value
 TWIN_JUMP = 0.25  # of the damped run's jump at strain 0: a twin with as much has dampers too
 
 
@@ -84,8 +85,8 @@ def scaled_row(row, count, volume=REFERENCE_VOLUME):
 
 
 def given_row(text):
-    """(law.Row, {keyword: value}) of a row as the decks take it, nine numbers with keywords behind them, or FILE:ROW; several numbers are a list. ValueError, or
-    OSError of the file."""
+    """(law.Row, {keyword: value}) of a row as the decks take it, nine numbers with keywords behind them, or FILE:ROW; several numbers are a list, words
+    stay as they are. ValueError, or OSError of the file."""
     words = text.split()
     if len(words) == 1 and ":" in text:
         path, _, name = text.rpartition(":")
@@ -95,16 +96,18 @@ def given_row(text):
             raise ValueError(f"{path} has no row '{name}'; its rows: {', '.join(rows)}")
         words = rows[name]
     row, words, more = law.Row.parse(" ".join(words[:9])), words[9:], {}
-    keys = [k for k, word in enumerate(words) if word[0].isalpha()]
+    keys = [k for k, word in enumerate(words) if word[0].isalpha() and word not in VALUES]
     for k, end in zip(keys, [*keys[1:], len(words)]):
-        values = [float(value) for value in words[k + 1 : end]]
+        values = [value if value[0].isalpha() else float(value) for value in words[k + 1 : end]]
         more[words[k]] = values if len(values) > 1 else values[0]
     return row, more
 
 
 def run_row(text, specimen, volume):
-    """(law.Row as a run of a Specimen in a body of this volume [m3] sets it, but for a factor of energies and damping together; density of the solid [kg/m3])."""
+    """(law.Row as a run of a Specimen in a body of this volume [m3] sets it, but for a factor of energies and damping together, bonds that thin by their mean thickness; density of the solid [kg/m3])."""
     row, more = given_row(text)
+    if "bonds" in more:
+        row = row._replace(e1=row.e1 * thickness(specimen, row.alpha))
     density = more.get("density") or specimen.mass.sum() / volume
     if "spacing" not in more:
         return scaled_row(row, len(specimen.ids), volume), density

@@ -75,6 +75,11 @@ def bond_lengths(specimen, alpha):
     return np.linalg.norm(specimen.x[i] - specimen.x[j], axis=1)
 
 
+def thickness(specimen, alpha):
+    """Mean (R_i + R_j)/deq of the pairs that a row with this alpha bonds: of the stiffness, where bonds thin."""
+    return float(np.mean(1.0 / pairs_within(specimen, alpha)[1]))
+
+
 def pairs_within(specimen, reach):
     """Pairs (P,2) of 0-based indices with d <= reach (R_i + R_j), and their d/(R_i + R_j)."""
     pairs = cKDTree(specimen.x).query_pairs(2.0 * reach * specimen.radius.max(), output_type="ndarray")
