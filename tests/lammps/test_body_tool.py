@@ -50,7 +50,8 @@ def walk(tmp_path_factory):
 
 
 def test_body_of_the_part(walk):
-    """Volume and section of the surface, whole spheres within it, jammed, and one atom type. Measures of the part to the last digit of the page. Elastic: the grips stretch less than the gauge, as twice the section strains half as much."""
+    """Volume and section of the surface, whole spheres within it, jammed, and one atom type. Measures of the part to the last digit of the page.
+    Elastic: the grips stretch less than the gauge, as twice the section strains half as much."""
     folder, printed, shown = walk
     assert all(line in printed for line in shown) and f"packing {COUNT} spheres done in" in printed
     packing, found = specimen.read_data(folder / "bone.data"), read_body(folder / "bone.data.body")

@@ -104,7 +104,8 @@ def given_row(text):
 
 
 def run_row(text, specimen, volume):
-    """(law.Row as a run of a Specimen in a body of this volume [m3] sets it, but for a factor of energies and damping together, bonds that thin by their mean thickness; density of the solid [kg/m3])."""
+    """(law.Row as a run of a Specimen in a body of this volume [m3] sets it, but for a factor of energies and damping together; density of the
+    solid [kg/m3]). e1 of a row with `bonds thin` is that of a bond of their mean thickness."""
     row, more = given_row(text)
     if "bonds" in more:
         row = row._replace(e1=row.e1 * thickness(specimen, row.alpha))
