@@ -9,7 +9,7 @@ read_data       specimen.data
 set             group all density 4728                  # of the solid, 2770 kg/m3, over the solid fraction of the packing, 0.5859
 neighbor        3.6e-4 bin                              # 6 % of the largest diameter
 # material: the row of potentials/metals.evp, which is scaled with the bonds of this body; bonds flow and harden
-pair_style      evp/lj contact repulsive plasticity isotropic
+pair_style      evp/lj contact join plasticity isotropic
 pair_coeff      * * 22.7397 8 4 0.852739 8 4 0.00266433 0 1.5 spacing 0.00273892 coordination 13.015 kv 239.653 &
                 flow 0 1 0.002 1.19432 0.005 0.996994 0.01 1.03071 0.02 1.09637 0.05 1.16053 0.08 1.29807 0.12 1.37618 0.2 1.6789 0.3 2.04063 &
                 0.45 2.41854 0.7 2.70973 1 2.95813 1.5 3.23996 2 3.44737

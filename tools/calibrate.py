@@ -20,11 +20,11 @@ are compression, stresses are positive numbers.
 
 Packs a cylinder, pulls it to a strain of 15 % and presses it by 40 %, or as far as the curve is known, quasi-statically, for at most 4 rows, each
 after what the one before missed. Where the curve is known beyond a plastic strain of 0.6, and without --tension, --compression and --body, each row is also
-sheared, with *contact join*, to a plastic strain of 2: it holds to there. The nearest is appended in any case, with its residuals; the exit status is 3 where E is off by
+sheared, to a plastic strain of 2: it holds to there. The nearest is appended in any case, with its residuals; the exit status is 3 where E is off by
 more than 2 %, the yield stress by 6 %, the stress by 4 % to a strain of 10 %, 6 % to 30 %, 10 % at 40 % or 15 % in shear. Also writes FILE.NAME.jsonl, the table of
 runs, and FILE.NAME.png with its CSV: flow curve, the ways of the row, residuals. The same command resumes an interrupted
-calibration; a run that fails is repeated with smaller increments. Use the row with *plasticity isotropic* and *contact repulsive*, for which it is
-fitted, and with *contact join* beyond a strain of about 0.5. LAMMPS is the lmp of this checkout, or EVP_LMP and EVP_MPIRUN.
+calibration; a run that fails is repeated with smaller increments. Use the row with *plasticity isotropic* and *contact join*, for which it is
+fitted. LAMMPS is the lmp of this checkout, or EVP_LMP and EVP_MPIRUN.
 """
 
 import argparse
@@ -162,9 +162,9 @@ def comments(options, targets, result, over, words):
     lines = ["", f"# {options.name}: row over target - 1"] + [f"#   {way}: {calibration.told(off)}" for way, off in result.residuals.items()]
     for stress, rate in targets.rates:
         lines.append(f"#   over-stress {stress:.6g} Pa at {rate:g}/s ({100.0 * (over * rate / stress - 1.0):+.2f} %)")
-    sheared = ", of in.shear, contact join" if calibration.SHEARED in targets.ways else ""
-    lines.append(f"#   DATE: {datetime.date.today().isoformat()}, {result.passes} passes of in.quasistatic, plasticity isotropic, contact repulsive"
-                 f"{sheared}, " + (f"body {options.body.name}" if options.body else f"{options.spheres} spheres, seed {options.seed}") + f", {options.ranks} ranks")
+    sheared = " and in.shear" if calibration.SHEARED in targets.ways else ""
+    lines.append(f"#   DATE: {datetime.date.today().isoformat()}, {result.passes} passes of in.quasistatic{sheared}, plasticity isotropic, contact join, "
+                 + (f"body {options.body.name}" if options.body else f"{options.spheres} spheres, seed {options.seed}") + f", {options.ranks} ranks")
     shown = [pathlib.PurePath(word).name if "/" in word and not word.startswith("-") else word for word in words]  # files without their folders
     return [*lines, f"#   by: calibrate.py {shlex.join(shown)}"]
 

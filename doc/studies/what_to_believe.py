@@ -138,8 +138,8 @@ def main(words=None):
         verdicts = [*(verdict(name, "flow curve, true stress", *along(curve, steel)) for name, curve in far.items()),
                     *(verdict(f"upsetting, contact {contact}", f"slab method, friction {FRICTION}", *upset(study, row, steel, contact)) for contact in ("repulsive", "join")),
                     verdict("V-bending", "plastic hinge as long as the sheet is thick", *bending),
-                    verdict("extrusion, contact join", "mean flow stress (0.8 + 1.2 ln ratio), Johnson", *extrude(study, row, steel)),
-                    verdict("shear, contact join", "flow curve, von Mises", *shear)]
+                    verdict("extrusion", "mean flow stress (0.8 + 1.2 ln ratio), Johnson", *extrude(study, row, steel)),
+                    verdict("shear", "flow curve, von Mises", *shear)]
         tension, compression = (pulled(study, name, body, row, sign * STRAINS[-1], cycles=1, lower="release") for name, sign in (("tension", 1), ("compression", -1)))
         cube = study.runs.body("cube", n=study.spheres, shape="block", length=0.02, width=0.02, height=0.02)
         pressed = pulled(study, "cube_pressed", cube, row, -0.2, 0.004, cycles=1, lower="release")

@@ -93,8 +93,8 @@ inline Row parse_row(const std::vector<std::string> &words)
     }
     if (words[at] == "bonds") {
       if (at + 1 == words.size() || words[at + 1] != "thin")
-        throw BadInput("keyword bonds of a row takes the word thin: where they flow their force "
-                       "goes with (R_i + R_j)/deq");
+        throw BadInput("keyword bonds of a row takes the word thin: their force and energy go "
+                       "with (R_i + R_j)/deq");
       row.thins = 1.0;
       at += 2;
       continue;

@@ -101,12 +101,13 @@ template <class Powers> struct Regime {
 /// Notation: d distance of the centres, deq the equilibrium distance of the pair, r = d/deq, F > 0 repels.
 ///
 /// With plasticity there is the first regime alone, at an r that is held within 1 -+ y, y being the limit that the spheres of
-/// the pair have: beyond it deq moves, so that d/deq is there. F d and what is stored do not change as a pair flows.
+/// the pair have: beyond it deq moves, so that d/deq is there. F d and what is stored do not change as a pair flows, of bonds that thin over their
+/// thickness().
 template <class Powers> class Law {
  public:
   Regime<Powers> first, second;
   double xi_s, gamma;
-  double thickness_per_cutoff;    ///< see thickness(); 0: bonds are all as thick
+  double thickness_per_cutoff;    ///< of bonds that thin, see thickness(); else 0
 
   /// Throws BadInput where a member breaks its rule, or numbers of this law would overflow.
   explicit Law(const Row &row) :
@@ -188,8 +189,8 @@ template <class Powers> class Law {
     return thickness_per_cutoff > 0.0 ? thickness_per_cutoff * cutoff * inv_deq : 1.0;
   }
 
-  /// dissipated() of a bond that thins: what is done on it, the integral of -F along d, and what it stores the less. thickness:
-  /// before; carried, stored: F d and what it stores over its thickness.
+  /// dissipated() of a bond that thins: the work on it, which is the integral of -F along d, plus the decrease of what it
+  /// stores. thickness: before the flow; carried, stored: F d and stored energy over the thickness.
   EVP_INLINE static double dissipated_thinning(double thickness, double carried, double stored,
                                                double r, double held)
   {
@@ -216,7 +217,8 @@ struct PairVariables {
   double inv_deq;    ///< 1/deq [1/length]
   Flow flow = Flow::FORGETS;
   double limit = 0.0;    ///< how far it holds, where flow stays
-  double cut = 0.0;      ///< distance beyond which nothing acts: there its energy is zero [length]
+  double cut =
+      0.0;    ///< distance beyond which nothing acts; of bonds that thin it gives R_i + R_j [length]
 };
 
 /// All that the law says of one pair. Forces and stiffness with their units: [energy/length], [energy/length^2].
@@ -296,7 +298,7 @@ class PairLaw : public Law<AnyPowers> {
     return now;
   }
 
-  /// From what state_flowing() finds, of a bond as thick as all.
+  /// Turns what state_flowing() found into that of a bond that thins.
   void thin(PairState &now, double r, const PairVariables &pair) const
   {
     const double before = thickness(pair.cut, pair.inv_deq), after = before * now.inv_deq;

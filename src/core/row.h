@@ -47,7 +47,7 @@ struct Row {
   FlowTable flow = {};          ///< with plasticity
   double limit_own =
       0.0;               ///< 1: its pairs hold by xi_s, whatever their spheres have gone through
-  double thins = 0.0;    ///< 1: its bonds get thinner as they flow, see Law::thickness()
+  double thins = 0.0;    ///< 1: force and energy of its bonds go with Law::thickness()
 
   // of fix evp/heat
   double conductivity = 0.0;    ///< of the solid [power/length/temperature]

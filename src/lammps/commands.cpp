@@ -311,7 +311,7 @@ void EVPChoices::set_implied(int narg, char **arg) const
     else if (name == "plasticity")
       value = row ? "isotropic" : nullptr;
     else if (name == "contact")
-      value = plasticity && strcmp(plasticity, "isotropic") == 0 ? "repulsive" : nullptr;
+      value = plasticity && strcmp(plasticity, "isotropic") == 0 ? "join" : nullptr;
     else
       error->all(FLERR,
                  "evp_choices: implied takes coeff, plasticity, contact, not '{}': define it by "

@@ -23,7 +23,7 @@ using namespace EVP;
 using scene::rows;
 
 static constexpr size_t LONGEST_LINE = 254;       // that read_data takes
-static constexpr double RESTART_FORMAT = 2007;    // first word of our section in restart files
+static constexpr double RESTART_FORMAT = 2008;    // first word of our section in restart files
 static constexpr double LONGEST_ID = 1000;
 
 namespace {

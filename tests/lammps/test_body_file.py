@@ -53,13 +53,13 @@ def test_bodies_that_are_refused(tmp_path):
         assert run.returncode != 0 and re.search(message, run.stdout, re.M) and not (tmp_path / "pull.csv").exists()
 
 
-@pytest.mark.parametrize("choices, contact", [({}, "literal"), ({"material": "rows.evp:plain"}, "repulsive"), ({"plasticity": "isotropic"}, "repulsive"), (
+@pytest.mark.parametrize("choices, contact", [({}, "literal"), ({"material": "rows.evp:plain"}, "join"), ({"plasticity": "isotropic"}, "join"), (
     {"material": "rows.evp:plain", "plasticity": "none", "contact": "literal"}, "literal"), ({"plasticity": "isotropic", "contact": "none"}, "none")])
-def test_contact_is_repulsive_with_a_row_and_with_flow_unless_given(tmp_path, choices, contact):
+def test_contact_is_join_with_a_row_and_with_flow_unless_given(tmp_path, choices, contact):
     write_body(tmp_path, **CYLINDER)
     (tmp_path / "rows.evp").write_text(ROWS)
     text = run_lammps("in.traction", 1, {"specimen": "body.data", "out": "pull", "strain": 0.001, **choices}, tmp_path).ok().stdout
-    assert f"evp/lj: damping off, contact {contact}, deq of bonds" in text and f", contact {contact}, plasticity" in text
+    assert re.search(rf"evp/lj: damping off, contact {contact}(?: within 1\.2 \(R_i \+ R_j\))?, deq of bonds", text) and f", contact {contact}, plasticity" in text
 
 
 @pytest.mark.parametrize("deck", DECKS)

@@ -83,8 +83,8 @@ def test_a_variable_that_is_no_choice_is_warned_of(lmp, also, warned):
 
 
 @pytest.mark.parametrize("given, names, found", [
-    ({}, "coeff plasticity contact", ""), ({"plasticity": "isotropic"}, "coeff plasticity contact", "contact repulsive"),
-    ({"material": "a.evp:b"}, "coeff plasticity contact", "coeff a.evp:b contact repulsive"), ({"material": "a.evp:b"}, "coeff", "coeff a.evp:b"),
+    ({}, "coeff plasticity contact", ""), ({"plasticity": "isotropic"}, "coeff plasticity contact", "contact join"),
+    ({"material": "a.evp:b"}, "coeff plasticity contact", "coeff a.evp:b contact join"), ({"material": "a.evp:b"}, "coeff", "coeff a.evp:b"),
     ({"material": "a.evp:b", "plasticity": "none"}, "coeff plasticity contact", "coeff a.evp:b"), ({"plasticity": "isotropic", "contact": "none"}, "contact", "contact none"),
     ({"plasticity": "isotropic"}, "coeff", "")])
 def test_choices_that_are_implied(lmp, given, names, found):

@@ -186,7 +186,7 @@ def flow_bond(d, deq, row, y, thin=None):
     found = _flow(d, deq, row, *_held(d, deq, y, -1.0, 1.0))
     if thin is None:
         return found
-    # of the work on the bond, - F dd with F d = reduced thin/deq and d/deq = r_c, what it stores the less is dissipated too
+    # the work on it is the integral of -F along d, with F d = found.force d thin/deq at d/deq = r_c; the decrease of what it stores is dissipated, too
     work = -found.force * d * thin * (1.0 / deq - 1.0 / found.deq)
     dissipated = work + found.stored * (thin / deq - thin / found.deq)
     return found._replace(force=found.force * thin / found.deq, stored=found.stored * thin / found.deq, dissipated=dissipated)
