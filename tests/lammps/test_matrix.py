@@ -41,21 +41,16 @@ class Feature(NamedTuple):
     state: str = ""  # words of compute evp/state/atom
 
 
-BODIES = dict(acts="f_bonds[2] f_bonds[3]", record="zone 1.4 within ")
 FEATURES = {
     "plain": Feature("f_bonds[1] f_bonds[2] f_bonds[3]"),
-    "damped": Feature("f_energy[6] f_bonds[1]", row=words(DAMPED)),
     "implicit": Feature("f_energy[6] f_bonds[1]", row=words(DAMPED), move="fix move all nve/evp tol 1e-13\n"),
     "own timestep": Feature("Dt f_bonds[2]", more="fix dt all dt/evp 10 0.4 max 3e-7 displacement 0.1\n", columns="dt"),
-    "flow": Feature("f_energy[9] f_bonds[2]", "contact none plasticity isotropic", words(FLOW), "zone 1.4", stir=SHAKE,
-                    state="plastic_work plastic_strain"),
     "break": Feature("f_energy[11] f_bonds[5]", "contact literal break 0.1", stir=SHAKE),
     "flow, contacts, break, volume": Feature(
         "f_energy[9] f_energy[11] f_energy[12] f_bonds[5] f_bonds[3]", "contact repulsive plasticity isotropic break 0.3", FALLING, "zone 1.1",
         "fix volume all evp/volume 500\n", stir=SHAKE, columns="f_volume f_volume[1]", state="plastic_work plastic_strain volume_strain"),
     "volume": Feature("f_energy[12] f_volume[3]", more="fix volume all evp/volume 2000 300\n", columns="f_volume f_volume[1] f_volume[2] f_volume[3]"),
-    "bodies by type": Feature(**{**BODIES, "record": "zone 1.4 within type"}),
-    "bodies by molecule": Feature(**{**BODIES, "record": "zone 1.4 within molecule"}, molecules=True),
+    "bodies by molecule": Feature("f_bonds[2] f_bonds[3]", record="zone 1.4 within molecule", molecules=True),
     "bodies that flow": Feature("f_energy[9] f_bonds[3]", "contact repulsive plasticity isotropic break 0.3", words(FLOW), "zone 1.4 within type", stir=SHAKE),
     "scaled row": Feature("f_volume f_energy[6]", row=words(DAMPED) + SCALED, more="fix volume all evp/volume row\n", columns="f_volume"),
     "remap v": Feature("f_energy[13] f_energy[9] Xy", "contact repulsive plasticity isotropic", words(DAMPED),
@@ -153,10 +148,10 @@ def check_run(run, name, body):
     snapshots, mass = run.dump("end.dump"), mass_of(body.radius)[:, None]
     if name == "plain":
         check_forces(snapshots[-1], body)
-    if FEATURES[name].record in ("zone 1.4 within type", "zone 1.4 within molecule") and name != "bodies that flow":
+    if name == "bodies by molecule":
         ids = np.arange(1, len(body.x) + 1)
         molecules = (7 * ids + ids * ids) % 4  # as start() sets them; those without one are alone
-        bodies = np.where(molecules == 0, -ids, molecules) if FEATURES[name].molecules else body.types
+        bodies = np.where(molecules == 0, -ids, molecules)
         kept = {key: deq for key, deq in record(body.x, body.radius, 1.4, body.cell).items() if len({bodies[k - 1] for k in key}) == 1}
         found = check_forces(snapshots[-1], body._replace(bonds=kept), bodies=bodies, at_rest=True)
         assert np.sum(bodies[found["i"]] != bodies[found["j"]]) > 10, "control: bodies touch"
