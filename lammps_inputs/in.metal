@@ -10,9 +10,9 @@ set             group all density 4728                  # of the solid, 2770 kg/
 neighbor        3.6e-4 bin                              # 6 % of the largest diameter
 # material: the row of potentials/metals.evp, which is scaled with the bonds of this body; bonds flow and harden
 pair_style      evp/lj contact join plasticity isotropic
-pair_coeff      * * 22.7397 8 4 0.852739 8 4 0.00266433 0 1.5 spacing 0.00273892 coordination 13.015 kv 239.653 &
-                flow 0 1 0.002 1.19432 0.005 0.996994 0.01 1.03071 0.02 1.09637 0.05 1.16053 0.08 1.29807 0.12 1.37618 0.2 1.6789 0.3 2.04063 &
-                0.45 2.41854 0.7 2.70973 1 2.95813 1.5 3.23996 2 3.44737
+pair_coeff      * * 25.1219 8 4 0.942071 8 4 0.00269261 0 1.5 spacing 0.00273892 coordination 13.015 kv 232.787 bonds thin &
+                flow 0 1 0.002 1.19432 0.005 0.991017 0.01 1.02681 0.02 1.09848 0.05 1.15095 0.08 1.29042 0.12 1.3971 0.2 1.62874 0.3 1.91623 0.45 2.22277 &
+                0.7 2.55267 1 2.8009 1.5 3.08328 2 3.49112
 fix             bonds all evp/bonds
 fix             volume all evp/volume row
 # grips within 0.1 L of the ends; strain of the grips, and stress from the force on them
