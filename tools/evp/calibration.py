@@ -368,7 +368,8 @@ def shear(material, targets, end, finer, ranks, folder, timeout, title):
     end += 0.51 * SMOOTHED
     rate = INERTIA * math.sqrt(float(targets.curve.at(1.0)) / targets.density) / (LENGTH / SHEAR_SPHERES ** (1.0 / 3.0))
     (folder / "shear.csv").unlink(missing_ok=True)  # of the run before, which would be taken for progress
-    variables = {"specimen": "periodic.data", **material, **RULES, "strain": f"{end:.9g}", "row": SMOOTHED / SMOOTHED_ROWS, "rate": f"{rate:.6g}", "dtfraction": SHEAR_DTFRACTION * finer, "out": "shear"}
+    variables = {"specimen": "periodic.data", **material, **RULES, "strain": f"{end:.9g}", "row": SMOOTHED / SMOOTHED_ROWS,
+                 "rate": f"{rate:.6g}", "dtfraction": SHEAR_DTFRACTION * finer, "out": "shear"}
     call("in.shear", variables, ranks, folder, timeout, title, lambda: last_strain(folder / "shear.csv") / end)
     curve, window = curves.read_curve(folder / "shear.csv"), np.full(SMOOTHED_ROWS, 1.0 / SMOOTHED_ROWS)
     strain, stress = (np.convolve(values, window, "valid") for values in (curve.strain, curve.virial))
