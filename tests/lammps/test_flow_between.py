@@ -80,8 +80,7 @@ LEFT_OUT = {
 MOLECULAR = "create_box 1 box bond/types 1 extra/bond/per/atom 2 extra/special/per/atom 4\nspecial_bonds lj 1 1 1\nbond_style zero nocoeff\nbond_coeff *"
 
 
-@ways
-@pytest.mark.parametrize("rules", ["break 0.02", "plasticity none"])
+@pytest.mark.parametrize("newton, ranks, rules", [("on", 1, "break 0.02"), ("off", 2, "plasticity none")])
 def test_a_bond_that_is_left_out_is_an_error(lmp, newton, ranks, rules):
     """Before the first step of the next run; undone, the bond is what it was. A bond that is far away is not taken for one."""
     def start():
