@@ -119,12 +119,12 @@ def imprint(study, name, metal, row, spheres, tension):
             f"{left:.1f}", f"{100.0 - left:.1f}", f"{(1.0 - 0.01 * left) / hertz:.2f}"]
 
 
-def taylor(study, spheres):
+def taylor(study, spheres, contact):
     """Cells of the bar."""
     body = study.runs.body(f"bar_{spheres}", n=spheres, length=0.0324, radius=0.0032, density=8930)
-    text = study.runs.run("in.taylor", f"taylor_{spheres}", specimen=body, material=COPPER, speed=227)
+    text = study.runs.run("in.taylor", f"taylor_{contact}_{spheres}", specimen=body, material=COPPER, contact=contact, speed=227)
     outer, length, foot = map(float, re.search(r"outermost sphere of the foot (\S+) m.*\nfinal length (\S+) m, foot radius (\S+) m", text).groups())
-    return [spheres, f"{1e3 * length:.2f}", f"{100 * (length / LENGTH - 1):+.1f}", f"{1e3 * foot:.2f}", f"{100 * (foot / FOOT - 1):+.1f}", f"{1e3 * outer:.2f}"]
+    return [contact, spheres, f"{1e3 * length:.2f}", f"{100 * (length / LENGTH - 1):+.1f}", f"{1e3 * foot:.2f}", f"{100 * (foot / FOOT - 1):+.1f}", f"{1e3 * outer:.2f}"]
 
 
 def main(words=None):
@@ -157,7 +157,7 @@ def main(words=None):
         left = {name: curves.cycle_numbers(curve) for name, curve in turned.items()}
         released = [(name, f"{100 * one['turn_strain']:.2f}", f"{one['turn_MPa']:.0f}", f"{100 * one['residual_strain']:.3f}",
                      f"{100 * one['turn_MPa'] * 1e6 / steel.modulus:.3f}", f"{100 * (one['turn_strain'] - one['residual_strain']):.3f}") for name, one in left.items()]
-        bars = [taylor(study, spheres) for spheres in study.each(study.bars, lambda n: f"bar of {n}", lambda n: n**1.3)]
+        bars = [taylor(study, spheres, contact) for spheres in study.each(study.bars, lambda n: f"bar of {n}", lambda n: n**1.3) for contact in ("repulsive", "join")]
         indented = [("304", steel, row, tension), ("2024-T351", aluminium, alloy, pulled(study, "alloy", body, alloy, STRAINS[-1]))]
         imprints = [imprint(study, name, metal, own, spheres, curve) for spheres in
                     study.each(study.plates, lambda n: f"plates of {n}", lambda n: n**1.3) for name, metal, own, curve in indented]
@@ -173,7 +173,7 @@ def main(words=None):
                     volumes=(("strain", "volume [%]"), volumes),
                     imprints=(("metal", "N", "contact radius [diameters]", "flow stress [MPa]", "hardness [MPa]", "over the flow stress",
                               "imprint [% of the depth]", "recovery [%]", "over Hertz"), imprints),
-                    bars=(("N", "length [mm]", "off [%]", "foot radius [mm]", "off [%]", "outermost sphere [mm]"), bars))
+                    bars=(("contact", "N", "length [mm]", "off [%]", "foot radius [mm]", "off [%]", "outermost sphere [mm]"), bars))
 
 
 if __name__ == "__main__":

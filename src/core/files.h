@@ -83,19 +83,15 @@ inline Row parse_row(const std::vector<std::string> &words)
       at = parse_flow(words, at + 1, row.flow);
       continue;
     }
-    if (words[at] == "limit") {
-      if (at + 1 == words.size() || words[at + 1] != "own")
-        throw BadInput("keyword limit of a row takes the word own: its pairs hold by its xi_s, "
-                       "whatever their spheres have gone through");
-      row.limit_own = 1.0;
-      at += 2;
-      continue;
-    }
-    if (words[at] == "bonds") {
-      if (at + 1 == words.size() || words[at + 1] != "thin")
-        throw BadInput("keyword bonds of a row takes the word thin: their force and energy go "
-                       "with (R_i + R_j)/deq");
-      row.thins = 1.0;
+    const auto *const given =
+        std::find_if(std::begin(SWITCHES), std::end(SWITCHES), [&](const Switch &one) {
+          return words[at] == one.key;
+        });
+    if (given != std::end(SWITCHES)) {
+      if (at + 1 == words.size() || words[at + 1] != given->word)
+        throw BadInput(std::string("keyword ") + given->key + " of a row takes the word " +
+                       given->word + ": " + given->meaning);
+      row.*given->value = 1.0;
       at += 2;
       continue;
     }
@@ -127,8 +123,8 @@ inline std::string row_text(const Row &row)
         text += std::string(" ") + member.key;
       text += (text.empty() ? "" : " ") + shortest_text(row.*member.value);
     }
-  if (row.limit_own != 0.0) text += " limit own";
-  if (row.thins != 0.0) text += " bonds thin";
+  for (const Switch &one : SWITCHES)
+    if (row.*one.value != 0.0) text += std::string(" ") + one.key + " " + one.word;
   return row.flow.n > 0 ? text + " flow " + flow_text(row.flow) : text;
 }
 

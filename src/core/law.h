@@ -183,10 +183,12 @@ template <class Powers> class Law {
     return std::fabs(force * held * log_of_ratio(r, held));
   }
 
+  EVP_INLINE bool thins() const { return thickness_per_cutoff > 0.0; }
+
   /// (R_i + R_j)/deq of a bond that thins, else 1: of its force and what it stores, over those of the law. cutoff: dlim.
   EVP_INLINE double thickness(double cutoff, double inv_deq) const
   {
-    return thickness_per_cutoff > 0.0 ? thickness_per_cutoff * cutoff * inv_deq : 1.0;
+    return thins() ? thickness_per_cutoff * cutoff * inv_deq : 1.0;
   }
 
   /// dissipated() of a bond that thins: the work on it, which is the integral of -F along d, plus the decrease of what it
@@ -252,7 +254,7 @@ class PairLaw : public Law<AnyPowers> {
     PairState now = pair.flow == Flow::FORGETS ? state_forgetting(r)
         : pair.flow == Flow::STAYS             ? state_flowing<false>(r, pair.limit)
                                                : state_flowing<true>(r, pair.limit);
-    if (pair.flow == Flow::STAYS && row.thins != 0.0) thin(now, r, pair);
+    if (pair.flow == Flow::STAYS && thins()) thin(now, r, pair);
     now.inv_deq *= pair.inv_deq;
     const double per_square = now.inv_deq * now.inv_deq;
     now.stiffness_ahead = std::max(now.stiffness, now.stiffness_ahead) * per_square;

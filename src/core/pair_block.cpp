@@ -117,15 +117,18 @@ namespace {
     }
     *flow.any_flow = moves > 0;
     if (moves == 0) return;    // mostly, and then only forces are written
-    int far = 0;
-    EVP_INDEPENDENT
-    for (int k = 0; k < n; k++) {
-      flow.inv_deq_next[k] = next[k];
-      flow.dissipated[k] = std::fabs(carried[k] * log_of_close_ratio(ratio[k], held[k]));
-      far += (int) !are_close(ratio[k], held[k]);
+    constexpr bool all_thin = Thin && !Many;
+    if constexpr (!all_thin) {
+      int far = 0;
+      EVP_INDEPENDENT
+      for (int k = 0; k < n; k++) {
+        flow.inv_deq_next[k] = next[k];
+        flow.dissipated[k] = std::fabs(carried[k] * log_of_close_ratio(ratio[k], held[k]));
+        far += (int) !are_close(ratio[k], held[k]);
+      }
+      for (int k = 0; far > 0 && k < n; k++)
+        flow.dissipated[k] = std::fabs(carried[k] * log_of_ratio(ratio[k], held[k]));
     }
-    for (int k = 0; far > 0 && k < n; k++)
-      flow.dissipated[k] = std::fabs(carried[k] * log_of_ratio(ratio[k], held[k]));
     if constexpr (Thin) {
       EVP_INDEPENDENT
       for (int k = 0; k < n; k++) {
@@ -133,7 +136,8 @@ namespace {
         const double at = held[k], stored = c.first.stored(at - 1.0, 1.0 / at);
         const double dissipated =
             c.dissipated_thinning(thickness[k], carried[k], stored, ratio[k], at);
-        flow.dissipated[k] = c.thickness_per_cutoff > 0.0 ? dissipated : flow.dissipated[k];
+        flow.inv_deq_next[k] = next[k];
+        flow.dissipated[k] = all_thin || c.thins() ? dissipated : flow.dissipated[k];
       }
     }
   }

@@ -182,6 +182,17 @@ constexpr Member MEMBERS[] = {
 constexpr int NMEMBERS = (int) std::size(MEMBERS);
 constexpr int NREQUIRED = 9;    // those in front, without a keyword
 
+/// A keyword that takes one word, and then makes a value 1.
+struct Switch {
+  const char *key, *word;
+  double Row::*value;
+  const char *meaning;    ///< for messages
+};
+constexpr Switch SWITCHES[] = {
+    {"limit", "own", &Row::limit_own,
+     "its pairs hold by its xi_s, whatever their spheres have gone through"},
+    {"bonds", "thin", &Row::thins, "their force and energy go with (R_i + R_j)/deq"}};
+
 /// Is the member required, or another than its default?
 inline bool is_given(const Row &row, const Member &member)
 {
@@ -227,10 +238,11 @@ inline const Row &checked(const Row &row)
 
 inline bool operator==(const Row &a, const Row &b)
 {
-  return a.flow == b.flow && a.limit_own == b.limit_own && a.thins == b.thins &&
-      std::all_of(std::begin(MEMBERS), std::end(MEMBERS), [&](const Member &member) {
-           return a.*member.value == b.*member.value;
-         });
+  const auto same = [&](const auto &entry) {
+    return a.*entry.value == b.*entry.value;
+  };
+  return a.flow == b.flow && std::all_of(std::begin(MEMBERS), std::end(MEMBERS), same) &&
+      std::all_of(std::begin(SWITCHES), std::end(SWITCHES), same);
 }
 
 /// The member with that key, nullptr if there is none.

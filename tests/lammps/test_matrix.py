@@ -162,7 +162,7 @@ def check_run(run, name, body):
 
 @pytest.mark.parametrize("name", FEATURES)
 def test_same_on_every_way(tmp_path, name):
-    """As the plain run on one rank; the files are written by two. 8 ranks cut the body into pieces shorter than dlim."""
+    """As the plain run on one rank; the files are written by two ranks. 8 ranks cut the body into pieces shorter than dlim."""
     feature, folders = FEATURES[name], [tmp_path / "whole", tmp_path / "files"]
     for ranks, folder in enumerate(folders, start=1):
         folder.mkdir()
@@ -174,6 +174,8 @@ def test_same_on_every_way(tmp_path, name):
             for column in feature.acts.split():
                 assert table[column][-1] != first[column][0], f"control: {column} changes"
             ends = end_of(run)
+        else:
+            assert_same(run, ends, "2 ranks")
     (folder / f"in_run.{HALF}").rename(folder / "in_run.restart")
     for ranks in ROUTES if name in ("plain", "flow, contacts, break, volume") else (1, 4):
         decks = {choice: way(feature, *choice) for choice in ROUTES[ranks]}

@@ -149,8 +149,7 @@ TEST(ParseRow, RefusesWhatIsNoRow)
       {"1e308 8 4 3 8 4 0.005 0 1.5", "overflow"},
       {TABLE1 + " pitch 1", "unknown keyword 'pitch'", "after its 9 values",
        "spacing, coordination, kv, density, conductivity, capacity, soften, melt, rate, flow, "
-       "limit, "
-       "bonds"},
+       "limit, bonds"},
       {TABLE1 + " limit", "keyword limit of a row takes the word own"},
       {TABLE1 + " limit 3", "keyword limit of a row takes the word own"},
       {TABLE1 + " bonds", "keyword bonds of a row takes the word thin"},
