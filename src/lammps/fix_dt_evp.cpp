@@ -151,6 +151,7 @@ bool FixDtEVP::find_fastest(double dt)
 
   const double share = is_resolved() ? displacement : PASSES;
   opening = turning = {NO_LIMIT, 0.0, 0.0};
+  const PairRules &rules = pair_data->rules;
   bool meets = false;
   for_each_pair(pair_data->packed_pairs(), scene::rows(atom->x), [&](const PlacedPair &p) {
     if (!((atom->mask[p.i] | atom->mask[p.j]) & groupbit)) return;
@@ -159,7 +160,10 @@ bool FixDtEVP::find_fastest(double dt)
     if (!p.is_past_cutoff() || opening_times_d < 0.0) meets = true;
 
     const double d = p.distance(), speed = opening_times_d / d;
-    const double gap = d - std::sqrt(p.cutsq);
+    const double acts_from = p.is_bond || !rules.joins()
+        ? std::sqrt(p.cutsq)
+        : rules.join.within * (atom->radius[p.i] + atom->radius[p.j]);
+    const double gap = d - acts_from;
     if (gap > 0.0 && -speed * dt * nevery < gap) return;
     const auto allow = [&](FastestPair &fastest, double allowed) {
       if (allowed < fastest.dt)
@@ -167,7 +171,7 @@ bool FixDtEVP::find_fastest(double dt)
     };
     const double xi_s = pair_data->xi_s_of(p);
     if (speed != 0.0) allow(opening, share * xi_s / (p.inv_deq * std::fabs(speed)));
-    if (gap > 0.0 || pair_data->implicit_gamma(p) == 0.0) return;
+    if (p.is_past_cutoff() || pair_data->implicit_gamma(p) == 0.0) return;
     const double across_sq = dot(v, v) - speed * speed;
     if (across_sq > 0.0) allow(turning, TURN_PER_STEP * d / std::sqrt(across_sq));
   });

@@ -115,17 +115,18 @@ def test_pairs_of_prescribed_atoms_do_not_rule(lmp, body):
     assert {run.thermo()["f_dt[4]"][0], run.thermo()["f_dt[5]"][0]} == ids
 
 
-GAP = 2e-4  # beyond dlim, within the list
+GAP = 2e-4  # beyond where the pair acts or joins, within the list
 
 
+@pytest.mark.parametrize("contact, acts_from", [("literal", 0.015), ("join 1.2 plasticity isotropic", 0.012)])
 @pytest.mark.parametrize("approach, limit", [(0.9, MAXIMUM), (1.1, DISPLACEMENT), (-1.1, MAXIMUM)])
-def test_a_listed_pair_limits_dt_where_it_can_reach_the_cut_before_the_next_check(lmp, tmp_path, approach, limit):
+def test_a_listed_pair_limits_dt_where_it_can_reach_the_cut_before_the_next_check(lmp, tmp_path, contact, acts_from, approach, limit):
     """Two free spheres: nothing interacts, so 'max' is the step; speeds are such that the gap closes in 1/approach of a check."""
-    write_two(tmp_path / "body.data", 0.015 + GAP)
+    write_two(tmp_path / "body.data", acts_from + GAP)
     longest = 1e-6
     speed = approach * GAP / (EVERY * longest)
-    text = deck(f"group one id 1\nvelocity one set {speed} 0 0\n", more=f"max {longest} displacement {SHARE}").replace("s s s", "f f f")
-    table = lmp(text + "run 0\n").ok().thermo()
+    text = deck(f"group one id 1\nvelocity one set {speed} 0 0\n", contact=contact, more=f"max {longest} displacement {SHARE}").replace("s s s", "f f f")
+    table = lmp(text.replace("all evp/bonds", "all evp/bonds zone 1.01") + "run 0\n").ok().thermo()
     assert table["f_dt[3]"][0] == limit
     expected = min(longest, SHARE * law.TABLE1.xi_s * 0.01 / speed) if limit == DISPLACEMENT else longest
     assert table["Dt"][0] == pytest.approx(expected, rel=ROUNDED)
