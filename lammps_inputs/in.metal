@@ -2,6 +2,7 @@
 # A cylinder of aluminium 2024-T351 is pulled at 50/s to a strain of 2 % and goes back by 0.56 %: what is left is permanent.
 #   lmp -in in.specimen           makes specimen.data: length 0.05 m, radius 0.02 m
 #   lmp -in in.metal              writes metal.csv; to expect: 393 MPa at 2 %, and no stress at 1.44 %
+# The flow curve has 359 MPa there: grips hold the width of a body that is as short as this one, see doc/metals.md.
 units           si
 atom_style      sphere
 boundary        s s s
