@@ -277,12 +277,14 @@ def sentence(what, values):
 
 def page(results, more):
     """Values of the page, of {name: {(spheres, seed): {way: Run}}} and {name: as of further()}."""
-    elastic, stresses, shear, every = [], [], [], {}
+    elastic, stresses, shear, every, large = [], [], [], {}, []
     for name, bodies in results.items():
         for body, runs in bodies.items():
             told = departures(targets_of(METALS[name]), runs, more[name] if body == OTHER else None)
             for what, value in told.items() if body != STOCKY else ():
                 every.setdefault(what, []).append(value)
+            if body == LARGE:
+                large += [any(not abs(value) <= limit for what, (value, limit) in told.items() if what[0] in WAYS)]
             alike = [cell(told, ("compression over tension", strain)) for strain in ALIKE]
             of_elastic = [cell(told, ("elastic", what)) for what in ("E", "nu")]
             size = (body.spheres, body.seed, f"{2e3 * body.radius:g}")
@@ -293,6 +295,8 @@ def page(results, more):
     sources = [f"- {name}: E {metal.modulus / 1e9:g} GPa, nu {metal.poisson:g}, {metal.density:g} kg/m3, true stress {metal.law[0] / MPA:.4g} + {metal.law[1] / MPA:.4g} ep^{metal.law[2]:.3g} MPa. "
                f"{metal.source}. Heat: {metal.heat}; {metal.heat_source}." for name, metal in METALS.items()]
     percents, missed = [f"{100.0 * strain:g} %" for strain in STRAINS], filter(None, (sentence(*one) for one in every.items()))
+    if large:
+        missed = [*missed, f"- On {LARGE.spheres} spheres {sum(large)} of {len(large)} rows are beyond a limit of stress in tension or compression."]
     alike = [f"at {100.0 * strain:g} %" for strain in ALIKE]
     turning = {}
     for thin, of in ((True, ""), (False, ", bonds that do not thin")):
