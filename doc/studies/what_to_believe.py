@@ -64,10 +64,10 @@ def sheared(study, row, targets):
     study.runs.run("in.shear", "sheared_far", specimen=body, material=row, strain=SHEARED, row=0.005, rate=200, contact="join", dtfraction=0.7)
     curve, far = (curves.read_curve(study.runs.folder / f"{name}.csv") for name in ("sheared", "sheared_far"))
     modulus = curves.modulus(curve.strain, curve.virial)
-    first = curves.yield_stress(curve.strain, curve.virial, modulus)
+    first = curves.yield_stress(curve.strain / MISES, curve.virial * MISES, MISES**2 * modulus) / MISES
     strain, stress = (np.convolve(values[far.strain > RIGID], np.full(SMOOTH, 1.0 / SMOOTH), "valid") for values in (far.strain, far.virial))
     return [("shear modulus [GPa]", f"{modulus / 1e9:.1f}", f"{targets.modulus / 2e9 / (1.0 + targets.nu):.1f}", "E/(2 (1 + nu))"),
-            ("0.2 % yield stress over that of tension", f"{first / targets.curve.offset_yield(targets.modulus):.3f}", f"{1.0 / MISES:.3f}", "von Mises")], \
+            ("0.2 % yield stress over that of the flow curve in tension", f"{first / targets.curve.offset_yield(targets.modulus):.3f}", f"{1.0 / MISES:.3f}", "von Mises")], \
         strain, 100.0 * (stress * MISES / targets.curve.true_stress(strain / MISES, targets.modulus) - 1.0)
 
 
@@ -156,7 +156,8 @@ def main(words=None):
         turned = {"tension to 10 %": tension, "compression to 10 %": compression, "cube pressed by 20 %": pressed, "L-bracket pulled along its long leg": pulled_bracket}
         left = {name: curves.cycle_numbers(curve) for name, curve in turned.items()}
         released = [(name, f"{100 * one['turn_strain']:.2f}", f"{one['turn_MPa']:.0f}", f"{100 * one['residual_strain']:.3f}",
-                     f"{100 * one['turn_MPa'] * 1e6 / steel.modulus:.3f}", f"{100 * (one['turn_strain'] - one['residual_strain']):.3f}") for name, one in left.items()]
+                     f"{100 * one['turn_MPa'] * 1e6 * (1.0 + one['turn_strain']) / steel.modulus:.3f}",
+                     f"{100 * (np.log1p(one['turn_strain']) - np.log1p(one['residual_strain'])):.3f}") for name, one in left.items()]
         bars = [taylor(study, spheres, contact) for spheres in study.each(study.bars, lambda n: f"bar of {n}", lambda n: n**1.3) for contact in ("repulsive", "join")]
         indented = [("304", steel, row, tension), ("2024-T351", aluminium, alloy, pulled(study, "alloy", body, alloy, STRAINS[-1]))]
         imprints = [imprint(study, name, metal, own, spheres, curve) for spheres in
@@ -169,7 +170,7 @@ def main(words=None):
                     bent=f"{bent:.1f}", sprang=f"{sprang:.2f}",
                     verdicts=(("operation", "compared with", *(f"within {limit:g} % up to" for limit in LIMITS), "measured up to", "largest difference [%]"), verdicts),
                     alike=(("true strain", "tension [MPa]", "compression [MPa]", "flow curve [MPa]", "compression over tension"), alike),
-                    released=(("load", "strain [%]", "stress [MPa]", "strain left [%]", "stress/E [%]", "sprang back [%]"), released),
+                    released=(("load", "strain [%]", "stress [MPa]", "strain left [%]", "true stress/E [%]", "sprang back, true strain [%]"), released),
                     volumes=(("strain", "volume [%]"), volumes),
                     imprints=(("metal", "N", "contact radius [diameters]", "flow stress [MPa]", "hardness [MPa]", "over the flow stress",
                               "imprint [% of the depth]", "recovery [%]", "over Hertz"), imprints),

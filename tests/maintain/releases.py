@@ -45,7 +45,7 @@ Written by `tests/maintain/releases.sh` on {datetime.date.today().isoformat()} (
 
 Test columns: passed / failed. `unit`: GoogleTest on the pure headers. `pair tester`: LAMMPS' own `test_pair_style` on our
 scenes and the check of its numbers; `-` where it cannot be compiled. `LAMMPS tests`:
-`all` of `tests/lammps`, or `short`, the tests of forces, records, ghost velocities, time step, bad input and memory. `curve`: largest difference of the
+`all` of `tests/lammps`, or `short`, the tests of forces, records, ghost velocities, timestep, bad input and memory. `curve`: largest difference of the
 traction curve (`in.traction`, 500 spheres, strain 0.01 at 50/s, one rank) from that of the first row, over the largest
 value of the column; at most {TOLERANCE:g}, one unit of the last of the nine digits of the CSV file. A row has
 passed if nothing failed and `packaging/check_install.sh` found its numbers too. Compiler and build type are the plugin's; LAMMPS

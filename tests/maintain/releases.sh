@@ -27,7 +27,7 @@ the same everywhere. Prints a table and writes it to doc/releases.md. Exit statu
                    plugin: Native is Release by -march=native.
                    With none of them: both releases with g++, smallbig, Release, and 4Feb2025 also with
                    clang++, Debug, Native and bigbig, one at a time.
-  --tests T        all (default): the whole of tests/lammps; short: forces, records, ghost velocities, time step, bad input
+  --tests T        all (default): the whole of tests/lammps; short: forces, records, ghost velocities, timestep, bad input
 
 The table has every result in build-releases of the same sources, so that it may be filled in several calls.
 
