@@ -142,6 +142,12 @@ def loaded(name, cylinder, study):
     return {way: Run.from_json(run) for way, run in json.loads(kept.read_text(encoding="utf-8")).items()}
 
 
+def shear_yield(curve):
+    """0.2 % offset yield stress [Pa] of a Curve of simple shear, at the plastic strain of that in tension (von Mises)."""
+    strain, stress = curve.strain / MISES, curve.virial * MISES
+    return curves.yield_stress(strain, stress, curves.modulus(strain, stress)) / MISES
+
+
 def further(name, study):
     """Of a row on bodies of another seed, kept in --work: {"shear": Run of a simple shear with contact join; "shear yield": its
     0.2 % offset yield stress [Pa]; "recovered", "elastic": true strain that a release after PRESSED gives back, and true
@@ -156,8 +162,7 @@ def further(name, study):
         first = {"specimen": "periodic.data", **material, "strain": 0.03, "row": row, "out": "yield"}
         calibration.call("in.shear", first, *more, f"{name}, shear yield")
         curve = curves.read_curve(study.work / "yield.csv")
-        strain, stress = curve.strain / MISES, curve.virial * MISES
-        found["shear yield"] = curves.yield_stress(strain, stress, curves.modulus(strain, stress)) / MISES
+        found["shear yield"] = shear_yield(curve)
         body = calibration.make_body(study.work, OTHER.spheres, OTHER.seed, targets.density, TIMEOUT, OTHER.radius)
         release = {"specimen": body.path.name, **material, "strain": PRESSED, "cycles": 1, "lower": "release",
                    "increment": 0.004, "out": "release"}

@@ -11,7 +11,7 @@ from study import CHECKOUT, Study
 import numpy as np
 from evp import calibration, curves, dump, specimen
 from evp.calibration import MISES
-from metals import METALS, targets_of
+from metals import METALS, shear_yield, targets_of
 
 POTENTIALS = CHECKOUT / "potentials" / "metals.evp"
 STEEL, ALUMINIUM = "steel_304", "aluminium_2024T351"
@@ -64,10 +64,9 @@ def sheared(study, row, targets):
     study.runs.run("in.shear", "sheared_far", specimen=body, material=row, strain=SHEARED, row=0.005, rate=200, contact="join", dtfraction=0.7)
     curve, far = (curves.read_curve(study.runs.folder / f"{name}.csv") for name in ("sheared", "sheared_far"))
     modulus = curves.modulus(curve.strain, curve.virial)
-    first = curves.yield_stress(curve.strain / MISES, curve.virial * MISES, MISES**2 * modulus) / MISES
     strain, stress = (np.convolve(values[far.strain > RIGID], np.full(SMOOTH, 1.0 / SMOOTH), "valid") for values in (far.strain, far.virial))
     return [("shear modulus [GPa]", f"{modulus / 1e9:.1f}", f"{targets.modulus / 2e9 / (1.0 + targets.nu):.1f}", "E/(2 (1 + nu))"),
-            ("0.2 % yield stress over that of the flow curve in tension", f"{first / targets.curve.offset_yield(targets.modulus):.3f}", f"{1.0 / MISES:.3f}", "von Mises")], \
+            ("0.2 % yield stress over that of the flow curve in tension", f"{shear_yield(curve) / targets.curve.offset_yield(targets.modulus):.3f}", f"{1.0 / MISES:.3f}", "von Mises")], \
         strain, 100.0 * (stress * MISES / targets.curve.true_stress(strain / MISES, targets.modulus) - 1.0)
 
 
