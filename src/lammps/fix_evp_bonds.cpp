@@ -88,12 +88,6 @@ int FixEVPBonds::modify_param(int narg, char **arg)
   return 3;
 }
 
-void *FixEVPBonds::extract(const char *name, int &dim)
-{
-  dim = -1;    // nothing that fix adapt could write
-  return strcmp(name, "bonds") == 0 ? &shown : nullptr;
-}
-
 void FixEVPBonds::init()
 {
   pair_data = PairData::require(force, error, who);
@@ -470,7 +464,7 @@ void FixEVPBonds::restart(char *buf)
                    id);
   bonds->zone = zone = words[1];
   PairData *pair_data = PairData::find(force);
-  if (pair_data && recorded) pair_data->source.set_store(shown);
+  if (pair_data && recorded) pair_data->source.set_store(bonds);
 }
 
 int FixEVPBonds::pack_restart(int i, double *buf)

@@ -6,6 +6,7 @@
 #include "fix.h"
 #include "pair_data.h"
 #include "per_atom.h"
+#include "scene.h"
 
 #include <array>
 #include <memory>
@@ -19,7 +20,9 @@ namespace LAMMPS_NS {
 
 /// Records the bonds of a body at the first set-up, and owns the records: their life with the atoms,
 /// in restart files, and what users read of them.
-class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
+class FixEVPBonds :
+    public EVP::WithPerAtomComm<Fix>,
+    public EVP::Shares<const EVP::BondStore> {
  public:
   FixEVPBonds(class LAMMPS *, int, char **);
   ~FixEVPBonds() override;
@@ -50,9 +53,8 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   double compute_scalar() override { return (double) bonds->count(); }
   double compute_vector(int) override;
 
-  /// "bonds": the std::shared_ptr<const EVP::BondStore> of the records. The store is closed when the fix
-  /// goes, and stays until its last reader drops it.
-  void *extract(const char *, int &) override;
+  /// The records. The store is closed when the fix goes, and stays until its last reader drops it.
+  std::shared_ptr<const EVP::BondStore> share() const override { return bonds; }
 
   double memory_usage() override { return bonds->memory_usage(); }
   void grow_arrays(int nmax) override { bonds->grow(nmax); }
@@ -87,7 +89,6 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   std::unique_ptr<EVP::EventFile> events;    // nullptr without
 
   std::shared_ptr<EVP::BondStore> bonds = std::make_shared<EVP::BondStore>();
-  std::shared_ptr<const EVP::BondStore> shown = bonds;    // for readers
 
   EVP::PairData *pair_data = nullptr;    // of the run; the pair style in force has it
   bool stepping = false;                 // in a step of a run, not in its set-up

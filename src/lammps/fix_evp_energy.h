@@ -193,7 +193,9 @@ namespace LAMMPS_NS {
 /// Exact for the leapfrog but for the trapezoid of the pair forces. Each step is taken from its own half
 /// kicks, with its own dt and the damping that was applied in it, whichever fix changed them before.
 /// What pairs hold, and their forces, the pair style's force loop leaves in `work`.
-class FixEVPEnergy : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::AtomPast> {
+class FixEVPEnergy :
+    public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::AtomPast>,
+    public EVP::Shares<EVP::PairWork> {
  public:
   FixEVPEnergy(class LAMMPS *, int, char **);
   ~FixEVPEnergy() override { atom->delete_callback(id, Atom::GROW); }
@@ -216,12 +218,7 @@ class FixEVPEnergy : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::Ato
   double memory_usage() override { return AtomRecords::memory_usage() + work->memory_usage(); }
   void set_arrays(int) override;
 
-  /// "work": std::shared_ptr<EVP::PairWork>, for the pair style.
-  void *extract(const char *name, int &dim) override
-  {
-    dim = 0;
-    return strcmp(name, "work") == 0 ? &work : nullptr;
-  }
+  std::shared_ptr<EVP::PairWork> share() const override { return work; }
 
  private:
   enum Entry {

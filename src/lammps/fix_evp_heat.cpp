@@ -78,12 +78,6 @@ int FixEVPHeat::unpack_exchange(int i, double *buf)
   return words;
 }
 
-void *FixEVPHeat::extract(const char *name, int &dim)
-{
-  dim = -1;    // nothing that fix adapt could write
-  return strcmp(name, "heat") == 0 ? &shown : nullptr;
-}
-
 void FixEVPHeat::init()
 {
   pair_data = PairData::require(force, error, who);
@@ -111,7 +105,7 @@ void FixEVPHeat::init()
   is_packed = false;    // a run brings home what it has added; ghosts may be others since
   generated.clear();
   // bonds that are there may hold too much: the first step sees to that, and to its work
-  const auto bonds = scene::find_shared<BondStore>(modify, "evp/bonds", "bonds");
+  const auto bonds = scene::find_shared<const BondStore>(modify);
   if (!std::exchange(begun, true) && !bonds->has_recorded()) take_factors();
   report_unlike_types();
 }

@@ -4,6 +4,7 @@
 #include "core/heat.h"
 #include "pair_data.h"
 #include "per_atom.h"
+#include "scene.h"
 
 #include <array>
 #include <memory>
@@ -30,7 +31,8 @@ namespace LAMMPS_NS {
 /// heat flow of others are LAMMPS' own, of fix property/atom.
 class FixEVPHeat :
     public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::HeatRecord>,
-    public EVP::Heat {
+    public EVP::Heat,
+    public EVP::Shares<EVP::Heat> {
  public:
   FixEVPHeat(class LAMMPS *, int, char **);
   ~FixEVPHeat() override;
@@ -50,8 +52,7 @@ class FixEVPHeat :
   double compute_scalar() override;
   double compute_vector(int) override;
 
-  /// "heat": the std::shared_ptr<EVP::Heat>.
-  void *extract(const char *, int &) override;
+  std::shared_ptr<EVP::Heat> share() const override { return shown; }
   void grow_arrays(int) override;
   void copy_arrays(int, int, int) override;
   void set_arrays(int i) override

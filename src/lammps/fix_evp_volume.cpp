@@ -56,12 +56,6 @@ FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : WithPerAtomComm(
   atom->add_callback(Atom::GROW);
 }
 
-void *FixEVPVolume::extract(const char *name, int &dim)
-{
-  dim = -1;    // nothing that fix adapt could write
-  return strcmp(name, "volume") == 0 ? &forces : nullptr;
-}
-
 void FixEVPVolume::init()
 {
   PairData::require(force, error, who);

@@ -67,7 +67,7 @@ void FixNVEEVP::init()
   check_groups();
   positions_known = false;
   if (path && !keeps_records()) keep_records();
-  heat = scene::find_shared<Heat>(modify, "evp/heat", "heat");
+  heat = scene::find_shared<Heat>(modify);
   balance_wanted = scene::find_fix(modify, "evp/energy") || heat.lock();
   rotation_warned = false;
   solver.forget();

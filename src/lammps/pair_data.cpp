@@ -20,7 +20,7 @@ void BondSource::begin_run(const PairRules &rules)
 {
   update();
   const Fix *fix = scene::find_fix(modify, "evp/bonds");
-  store = scene::find_shared<const BondStore>(modify, "evp/bonds", "bonds");
+  store = scene::find_shared<const BondStore>(modify);
   if (!recorder.empty() && (!records() || recorder != fix->id))
     error->all(FLERR,
                "Pair evp/lj: the bonds were recorded by fix {}, whose records are not here: define "
@@ -56,9 +56,8 @@ PairData::PairData(LAMMPS *lmp, Coefficients &coefficients_in) :
 
 PairData *PairData::find(Force *force)
 {
-  int dim;
-  Pair *pair = force->pair_match("evp/lj", 1);
-  return pair ? (PairData *) pair->extract("pairs", dim) : nullptr;
+  auto *const owner = dynamic_cast<HasPairData *>(force->pair_match("evp/lj", 1));
+  return owner ? owner->get_pair_data() : nullptr;
 }
 
 PairData *PairData::require(Force *force, Error *error, const std::string &who)
@@ -219,7 +218,7 @@ void PairData::begin_run()
   end_broken_run();
   types.begin_run(bonds());                        // for init_one()
   const bool balances = update->whichflag != 2;    // a minimization has no energy balance
-  work = balances ? scene::find_shared<PairWork>(modify, "evp/energy", "work") : nullptr;
+  work = balances ? scene::find_shared<PairWork>(modify) : nullptr;
   if (work) {
     work->forget();
     work->bonds_end = rules.has_history();

@@ -150,6 +150,15 @@ class BondSource : protected Pointers {
   std::shared_ptr<const BondStore> store;
 };
 
+/// The pair style, for the fixes and computes of this package.
+class HasPairData {
+ public:
+  virtual class PairData *get_pair_data() = 0;
+
+ protected:
+  ~HasPairData() = default;
+};
+
 /// The pairs of pair style evp/lj on this MPI rank, their laws and their bonds: packed from each new
 /// neighbor list for the time-step loop, read by the fixes and computes of this package.
 class PairData : protected Pointers {

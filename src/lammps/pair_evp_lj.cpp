@@ -429,8 +429,6 @@ void PairEVPLJ::write_data_all(FILE *fp)
 
 void *PairEVPLJ::extract(const char *name, int &dim)
 {
-  dim = -1;    // nothing that fix adapt could write
-  if (strcmp(name, "pairs") == 0) return &pair_data;
   dim = 2;
   return strcmp(name, "alpha") == 0 ? nullptr : coefficients.table(name);    // cutoffs stay
 }

@@ -9,7 +9,7 @@
 namespace LAMMPS_NS {
 
 /// Two-regime Lennard-Jones forces with an equilibrium distance per recorded pair (paper eqs. 1-8).
-class PairEVPLJ : public Pair {
+class PairEVPLJ : public Pair, public EVP::HasPairData {
  public:
   PairEVPLJ(class LAMMPS *);
   ~PairEVPLJ() override;
@@ -28,8 +28,9 @@ class PairEVPLJ : public Pair {
   void write_data(FILE *) override;
   void write_data_all(FILE *) override;
 
-  /// "pairs": the PairData, for the fixes and computes of this package. The coefficients but alpha by their
-  /// names in the table, for fix adapt.
+  EVP::PairData *get_pair_data() override { return &pair_data; }
+
+  /// The coefficients but alpha by their names in the table, for fix adapt.
   void *extract(const char *, int &) override;
   int pack_forward_comm(int n, int *indices, double *buf, int pbc_flag, int *pbc) override;
   void unpack_forward_comm(int n, int first, double *buf) override;

@@ -23,7 +23,7 @@ void PairHistories::begin_run(BondStore *records_in, PerAtomComm *exchange_in, b
   keeps_events = keeps_events_in;
   records = records_in;
   exchange = exchange_in;
-  heat_ = scene::find_shared<Heat>(modify, "evp/heat", "heat");
+  heat_ = scene::find_shared<Heat>(modify);
   limits_due = heat_due = false;
   strains.clear();
   ends.strains = nullptr;

@@ -94,7 +94,7 @@ bool PairTypes::set_measures(const BondStore *bonds)
 
 void PairTypes::set_kv_of_types()
 {
-  const auto volume = scene::find_shared<VolumeForces>(modify, "evp/volume", "volume");
+  const auto volume = scene::find_shared<VolumeForces>(modify);
   for (int type = 1; volume && volume->is_of_rows() && type <= atom->ntypes; type++)
     stop_at_bad_row(type, type, [&] {
       volume->set_kv(type, coefficients.kv(type));

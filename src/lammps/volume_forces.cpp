@@ -27,7 +27,7 @@ VolumeForces::VolumeForces(LAMMPS *lmp, const std::string &who_in, int groupbit_
 
 std::shared_ptr<VolumeForces> VolumeForces::find(const Modify *modify)
 {
-  const auto forces = scene::find_shared<VolumeForces>(modify, "evp/volume", "volume");
+  const auto forces = scene::find_shared<VolumeForces>(modify);
   return forces && forces->acts() ? forces : nullptr;
 }
 
