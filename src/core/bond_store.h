@@ -8,6 +8,7 @@
 #include "core/simd.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -23,18 +24,19 @@ struct BondRecord {
   double deq;         ///< distance at recording [length]
 };
 
-/// A pair that is no bond, but remembers: as one of its atoms keeps it.
+/// What a pair remembers beside the record of a bond, or without one: as one of its atoms keeps it.
 struct Remembered {
   enum Kind : int64_t {
     CONTACT,    ///< repels below its deq, as it has flowed: until it has been beyond R_i + R_j
     APART,      ///< what is left of a bond of eq. 8 that broke: repels below its deq, for good
-    INSIDE    ///< the same as a contact, and may become a bond once it has been apart: see PairRules
+    INSIDE,    ///< the same as a contact, and may become a bond once it has been apart: see PairRules
+    JOINED    ///< a bond that began, beside its record: in the volume energy it is as a pair without a bond
   };
   int64_t partner;
   double deq;    ///< [length]
   int64_t kind;
 };
-constexpr const char *REMEMBERED[] = {"contact", "apart", "inside"};    ///< for users
+constexpr const char *REMEMBERED[] = {"contact", "apart", "inside", "joined"};    ///< for users
 
 /// What a sphere keeps beside its pairs.
 struct Sphere {
@@ -77,14 +79,63 @@ struct NeighborDensity {
 struct VolumeReference {
   NeighborDensity own;
   double gap;           ///< by how much its density is below the mean of the interior, else 0
-  double torn;          ///< 1 once bonds have broken here: then new pairs only push; else 0
-  double lost = 0.0;    ///< what these have added to the gap of new pairs
+  double torn;          ///< bits: see Torn
+  double lost = 0.0;    ///< what pairs that pull no more have added to the gap of new pairs
+
+  enum Torn {
+    BROKEN = 1,    ///< bonds have broken here: its new pairs do not pull on it
+    OPEN =
+        2,    ///< it was torn open, beyond cavitation where bonds flow: its new pairs do not pull, on either atom
+    BEYOND = 4    ///< beyond cavitation in the last step
+  };
+  bool is_torn() const { return ((int) torn & (BROKEN | OPEN)) != 0; }
+  bool is(Torn bit) const { return ((int) torn & bit) != 0; }
+  void set(Torn bit, bool on = true) { torn = on ? (int) torn | bit : (int) torn & ~bit; }
 };
 
 /// What a sphere keeps for fix evp/volume. All 0 where it has no bond.
 struct VolumeRecord {
   VolumeReference reference;    ///< as of when the bonds were first seen, less those that have left
   NeighborDensity at_rest;      ///< of the bonds that have not, at their deq of now
+  /// Counts the times that references were taken, of this one from 1; 0 without. A bond counts for a sphere if its partner
+  /// was there at that time: one that comes later changes nothing of it.
+  double batch = 0.0;
+
+  bool is_known() const { return batch > 0.0; }
+};
+
+/// What the references were taken for. Empty where they have not been taken.
+struct VolumeScene {
+  std::vector<double>
+      reaches;    ///< of the pairs of types, i <= j: dlim, or the zone, over R_i + R_j
+  /// Rules by which pairs are kept out of the neighbor list: kind, two numbers and one.
+  using Exclusion = std::array<double, 3>;
+  std::vector<Exclusion> exclusions;    ///< in ascending order
+
+  /// For restart files.
+  std::vector<double> words() const
+  {
+    std::vector<double> words = {(double) reaches.size(), (double) exclusions.size()};
+    words.insert(words.end(), reaches.begin(), reaches.end());
+    for (const Exclusion &one : exclusions) words.insert(words.end(), one.begin(), one.end());
+    return words;
+  }
+
+  /// Takes words(), of which there are n at most; false where they cannot be that.
+  bool unpack(const double *words, size_t n)
+  {
+    const auto is_count = [n](double word) {
+      return word >= 0.0 && word <= (double) n;
+    };
+    if (n < 2 || !is_count(words[0]) || !is_count(words[1])) return false;
+    const auto first = (size_t) words[0], second = (size_t) words[1];
+    if (2 + first + 3 * second > n) return false;
+    reaches.assign(words + 2, words + 2 + first);
+    exclusions.resize(second);
+    for (size_t k = 0; k < second; k++)
+      std::copy_n(words + 2 + first + 3 * k, 3, exclusions[k].begin());
+    return true;
+  }
 };
 
 /// The records of the bonds: those of each local atom, in the order of the partners' IDs.
@@ -134,8 +185,8 @@ class BondStore {
   /// atoms that change later do not change it.
   BondMeasures measures;
 
-  /// What fix evp/volume took the references for: see VolumeForces. reaches: 0 where it has not taken them.
-  double reaches = 0.0, exclusions = -1.0;
+  /// What fix evp/volume took the references for: see VolumeForces.
+  VolumeScene volume_scene;
 
   /// Most words that an atom of this MPI rank has.
   int most_words() const
@@ -172,7 +223,8 @@ class BondStore {
     if (keep == with_volume) return;
     with_volume = keep;
     volumes.assign(keep ? bonds.size() : 0, VolumeRecord{});
-    reaches = 0.0;
+    if (!keep) forget_joined();
+    volume_scene = {};
   }
   VolumeRecord &volume(int i) { return volumes[i]; }
   const VolumeRecord &volume(int i) const { return volumes[i]; }
@@ -208,7 +260,7 @@ class BondStore {
       spheres[i] = {0.0, 0.0, 0.0, n, n};
       remembered[i].clear();
     }
-    reaches = 0.0;
+    volume_scene = {};
     joins_by = {};
     restore(true, npairs_in, highest_in, 0, 0);
   }
@@ -243,7 +295,18 @@ class BondStore {
   std::vector<Remembered> &remembered_of(int i) { return remembered[i]; }
   const std::vector<Remembered> &remembered_of(int i) const { return remembered[i]; }
 
-  /// A pair of atom i that is no bond, and remembers; nullptr if there is none.
+  /// Bonds that began count as others from now on: their spheres have taken references of all.
+  void forget_joined()
+  {
+    for (auto &own : remembered)
+      own.erase(std::remove_if(own.begin(), own.end(),
+                               [](const Remembered &one) {
+                                 return one.kind == Remembered::JOINED;
+                               }),
+                own.end());
+  }
+
+  /// What a pair of atom i remembers; nullptr if nothing.
   const Remembered *find_remembered(int i, int64_t partner) const
   {
     if (!with_history) return nullptr;

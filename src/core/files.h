@@ -190,7 +190,8 @@ inline Row row_from_text(const std::string &text, const std::string &file, const
 
 // The text file of recorded bonds: one header line, then `id_i id_j deq` a line. Where bonds flow or end there may follow
 // lines `contact id_i id_j deq`, `apart ...` and `inside ...` of pairs that are no bonds but remember (see Remembered), and
-// `sphere id p work slip bonds recorded rho0 G gap torn lost` of what spheres keep (see Sphere and VolumeReference).
+// `sphere id p work slip bonds recorded rho0 G gap torn lost batch` of what spheres keep (see Sphere and VolumeRecord). A bond
+// that began with the volume energy is a line `joined id_i id_j deq`.
 //
 //     # EVP bonds COUNT: 2975 UNITS: si
 //     1 17 0.0101234
@@ -217,11 +218,13 @@ struct BondLine {
   int64_t id_i, id_j;
   double deq;
   int64_t kind = BOND;    ///< else a Remembered::Kind
+
+  bool is_bond() const { return kind == BOND || kind == Remembered::JOINED; }
 };
 
 /// What a sphere keeps, for fix evp/bonds and for fix evp/volume.
 struct SphereLine {
-  enum { P, WORK, SLIP, BONDS, RECORDED, RHO, SLOPE, GAP, TORN, LOST, NVALUES };
+  enum { P, WORK, SLIP, BONDS, RECORDED, RHO, SLOPE, GAP, TORN, LOST, BATCH, NVALUES };
   int64_t id;
   double values[NVALUES];
 };
@@ -299,8 +302,7 @@ class BondReader {
         else if (!words.empty())
           pairs.push_back(parse_pair(words));
       });
-    for (size_t k = before; k < pairs.size(); k++)
-      (pairs[k].kind == BondLine::BOND ? bonds : contacts)++;
+    for (size_t k = before; k < pairs.size(); k++) (pairs[k].is_bond() ? bonds : contacts)++;
     if (more) return true;
     demand("bonds", bonds, header.bonds);
     demand("contacts", contacts, header.contacts);
@@ -376,8 +378,9 @@ class BondReader {
   static SphereLine parse_sphere(const std::vector<std::string> &words)
   {
     if (words.size() != 2 + SphereLine::NVALUES)
-      throw BadInput("expected 'sphere id p work slip bonds recorded rho0 G gap torn lost', got " +
-                     std::to_string(words.size()) + " words");
+      throw BadInput(
+          "expected 'sphere id p work slip bonds recorded rho0 G gap torn lost batch', got " +
+          std::to_string(words.size()) + " words");
     SphereLine sphere = {parse_whole("id", words[1], 1), {}};
     for (int k = 0; k < SphereLine::NVALUES; k++) {
       sphere.values[k] = parse_number("a value of a sphere", words[2 + k]);
@@ -388,6 +391,8 @@ class BondReader {
     }
     for (const int k : {SphereLine::BONDS, SphereLine::RECORDED})
       (void) parse_whole("a number of bonds", words[2 + k], 0);
+    for (const int k : {SphereLine::TORN, SphereLine::BATCH})
+      (void) parse_whole("torn or batch", words[2 + k], 0);
     return sphere;
   }
 
@@ -395,12 +400,13 @@ class BondReader {
   {
     BondLine pair{};
     pair.kind = BondLine::BOND;
-    for (const int64_t kind : {Remembered::CONTACT, Remembered::APART, Remembered::INSIDE})
+    for (const int64_t kind :
+         {Remembered::CONTACT, Remembered::APART, Remembered::INSIDE, Remembered::JOINED})
       if (words[0] == REMEMBERED[kind]) pair.kind = kind;
     if (pair.kind != BondLine::BOND) words.erase(words.begin());
     if (words.size() != 3)
       throw BadInput("expected 'id_i id_j deq', got " + std::to_string(words.size()) +
-                     " values; contact, apart or inside may stand before them");
+                     " values; contact, apart, inside or joined may stand before them");
     pair.id_i = parse_whole("id_i", words[0], 1);
     pair.id_j = parse_whole("id_j", words[1], 1);
     pair.deq = parse_number("deq", words[2]);

@@ -186,22 +186,22 @@ EVP_INLINE void scatter(const PairRange &range, const PairBlock &block, const do
   });
 }
 
-/// How many pairs of a block are past their cutoff.
-EVP_INLINE int count_past_cutoff(const PairBlock &block)
+/// How many pairs of a block are past their cutoff, or by this share of its square below it.
+EVP_INLINE int count_past_cutoff(const PairBlock &block, double slack = 0.0)
 {
   int count = 0;
-  for (int k = 0; k < block.n; k++) count += (int) (block.distance_squared(k) > block.cutsq[k]);
+  for (int k = 0; k < block.n; k++)
+    count += (int) (block.distance_squared(k) > block.cutsq[k] * (1.0 - slack));
   return count;
 }
 
-/// Bonds of a list that end: past their cutoff, or, stretched, where their particles have failed.
-struct EndingBonds final : PairConsumer {
+/// What pairs of a list change by the forces of a step, as it is found by these.
+class ChangingPairs : public PairConsumer {
+ public:
   std::vector<int> found;    ///< indices of pairs
-  /// Of these, as the forces saw them [length^2]: a fix may move atoms before the step ends.
-  std::vector<double> squared_distances;
-  /// Plastic strain of particles and ghosts, and the mean of two where a bond ends. nullptr: none fails by it
-  const double *strains = nullptr;
-  double failure = 0.0;
+  std::vector<double>
+      squared_distances;    ///< of these, as the forces saw them [length^2]: atoms may move before the step ends
+  const OwnerDistances *owners = nullptr;
 
   void clear()
   {
@@ -209,30 +209,55 @@ struct EndingBonds final : PairConsumer {
     squared_distances.clear();
   }
 
+ protected:
+  ~ChangingPairs() = default;
+
+  static constexpr double ROUND_OFF = 1.0e-12;    // of squared distances, as both owners see them
+  bool any_owners() const { return owners && !owners->empty(); }
+  double slack() const { return any_owners() ? ROUND_OFF : 0.0; }
+  double distance_squared(const PairBlock &block, const PairRange &range, int i, int n) const
+  {
+    const int j = range.list.j[n];
+    return owners && owners->has(j) ? owners->squared(i, j)
+                                    : block.distance_squared(n - range.first);
+  }
+  void take(int n, double dsq)
+  {
+    found.push_back(n);
+    squared_distances.push_back(dsq);
+  }
+};
+
+/// Bonds of a list that end: past their cutoff, or, stretched, where their particles have failed.
+struct EndingBonds final : ChangingPairs {
+  /// Plastic strain of particles and ghosts, and the mean of two where a bond ends. nullptr: none fails by it
+  const double *strains = nullptr;
+  double failure = 0.0;
+
   /// Takes those of a block; mostly none ends. Those that fail have neither force nor potential any more.
   void operator()(const PairRange &range, PairBlock &block) override
   {
+    constexpr double STRETCHED = (1.0 + STRETCH_MARGIN) * (1.0 + STRETCH_MARGIN);
     if (!strains && !any_past(block)) return;
     range.for_each_row([&](int i, int first, int last) {
       for (int n = first; n < last; n++) {
         const int k = n - range.first;
-        const double dsq = block.distance_squared(k);
+        const double dsq = distance_squared(block, range, i, n);
         const bool past = dsq > block.cutsq[k];
-        const bool stretched = dsq * block.inv_deq[k] * block.inv_deq[k] > 1.0;
+        const bool stretched = dsq * block.inv_deq[k] * block.inv_deq[k] > STRETCHED;
         if (!past && !(stretched && fails(i, range.list.j[n]))) continue;
-        found.push_back(n);
-        squared_distances.push_back(dsq);
+        take(n, dsq);
         if (!past) block.force[k] = block.damping[k] = block.potential[k] = 0.0;
       }
     });
   }
 
  private:
-  static bool any_past(const PairBlock &block)
+  bool any_past(const PairBlock &block) const
   {
-    if (block.flow.any_flow && !*block.flow.any_flow) return false;
-    return call_vectorized([&]() EVP_KERNEL {
-      return count_past_cutoff(block) > 0;
+    if (!any_owners() && block.flow.any_flow && !*block.flow.any_flow) return false;
+    return call_vectorized([&, margin = slack()]() EVP_KERNEL {
+      return count_past_cutoff(block, margin) > 0;
     });
   }
   bool fails(int i, int j) const { return strains && 0.5 * (strains[i] + strains[j]) >= failure; }
@@ -240,42 +265,40 @@ struct EndingBonds final : PairConsumer {
 
 /// Contacts of a list that become bonds, as they come within a distance, and those that may from now on, as they are
 /// apart.
-struct BeginningBonds final : PairConsumer {
-  std::vector<int> found, released;         ///< indices of pairs
-  std::vector<int> entered;                 ///< of two bodies, that came as near
-  std::vector<double> squared_distances;    ///< of those found, as the forces saw them [length^2]
-  double within = 0.0, apart = 0.0;         ///< squares of both distances over R_i + R_j
+struct BeginningBonds final : ChangingPairs {
+  std::vector<int> released;           ///< indices of pairs
+  std::vector<int> entered;            ///< of two bodies, that came as near
+  double within = 0.0, apart = 0.0;    ///< squares of both distances over R_i + R_j
 
   void clear()
   {
-    found.clear();
+    ChangingPairs::clear();
     released.clear();
     entered.clear();
-    squared_distances.clear();
   }
 
   void operator()(const PairRange &range, PairBlock &block) override
   {
     const char *const join = range.list.join.data() + range.first;
-    const int near = call_vectorized([&]() EVP_KERNEL {
+    const int near = call_vectorized([&, most = within * (1.0 + slack())]() EVP_KERNEL {
       int count = 0;
       for (int k = 0; k < block.n; k++)
-        count += (int) (block.distance_squared(k) <= within * block.cutsq[k]);
+        count += (int) (block.distance_squared(k) <= most * block.cutsq[k]);
       return count;
     });
     if (near == 0 && std::none_of(join, join + block.n, keeps_inside)) return;
-    for (int k = 0; k < block.n; k++) {
-      const double dsq = block.distance_squared(k);
-      if (keeps_inside(join[k]) && dsq > apart * block.cutsq[k])
-        released.push_back(range.first + k);
-      if (keeps_inside(join[k]) || dsq > within * block.cutsq[k]) continue;
-      if (join[k] != 0) {
-        entered.push_back(range.first + k);
-        continue;
+    range.for_each_row([&](int i, int first, int last) {
+      for (int n = first; n < last; n++) {
+        const int k = n - range.first;
+        const double dsq = distance_squared(block, range, i, n);
+        if (keeps_inside(join[k]) && dsq > apart * block.cutsq[k]) released.push_back(n);
+        if (keeps_inside(join[k]) || dsq > within * block.cutsq[k]) continue;
+        if (join[k] != 0)
+          entered.push_back(n);
+        else
+          take(n, dsq);
       }
-      found.push_back(range.first + k);
-      squared_distances.push_back(dsq);
-    }
+    });
   }
 
  private:

@@ -25,6 +25,9 @@ constexpr double LIST_MARGIN = 3.0e-9;
 // Where a contact has flowed by more than this share its deq is not R_i + R_j.
 constexpr double CONTACT_MARGIN = 1.0e-12;
 
+// A pair at rest has round-off too: it is stretched beyond this strain.
+constexpr double STRETCH_MARGIN = 1.0e-9;
+
 // Two centres closer than this share of R_i + R_j coincide but for round-off: no direction is theirs.
 constexpr double COINCIDENT = 1.0e-9;
 
@@ -71,6 +74,23 @@ struct PairGeometry : Vector {
   }
 };
 
+/// Distances of pairs that the owners of both particles hold, the same to the last bit for both, so that they decide alike
+/// what begins or ends: the position of a periodic image has round-off, and that of i another one than that of j. Empty where
+/// no pair is held twice, or no ghost is an image.
+struct OwnerDistances {
+  int nlocal = 0;
+  std::vector<double> x;         ///< three per particle and ghost: where the owner has it [length]
+  std::vector<double> shifts;    ///< likewise: whole periods from there to the image [length]
+
+  bool empty() const { return x.empty(); }
+  bool has(int j) const { return !empty() && j >= nlocal; }
+  double squared(int i, int j) const
+  {
+    const Vector r = (vector_of(x, j) - vector_of(x, i)) + vector_of(shifts, j);
+    return dot(r, r);
+  }
+};
+
 /// The force loop takes so many pairs at once.
 constexpr int BLOCK_SIZE = 256;
 
@@ -80,6 +100,7 @@ struct PackedPair : PairVariables {
   int j;           ///< partner, local or ghost
   int law;         ///< index of the pair type's law
   bool is_bond;
+  bool has_joined;    ///< a bond that counts in the volume energy as a pair without one
 
   /// The distance where a pair is held that is past its cutoff: so far a bond flows, and so much it holds.
   double up_to_cutoff(double dsq) const { return dsq > cutsq ? cut : std::sqrt(dsq); }
@@ -138,8 +159,8 @@ class PairList {
   std::vector<double> inv_deq_next, dissipated;    ///< see FlowArrays
   std::vector<char> any_flow;
 
-  /// Of contacts that may become bonds: what keeps a pair from it, 0 nothing; bits. Else empty.
-  enum Join : char { NOT_BEFORE_APART = 1, OF_TWO_BODIES = 2 };
+  /// Where bonds begin, bits; else empty. Of contacts what keeps a pair from it, of bonds which have, with the volume energy.
+  enum Join : char { NOT_BEFORE_APART = 1, OF_TWO_BODIES = 2, HAS_JOINED = 4 };
   std::vector<char> join;
   bool joins = false;
 
@@ -215,7 +236,8 @@ class PairList {
             cutsq[n],
             j[n],
             law[n],
-            are_bonds};
+            are_bonds,
+            joins && (join[n] & HAS_JOINED) != 0};
   }
 
   /// Of the block that begins at pair n.

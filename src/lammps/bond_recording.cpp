@@ -140,7 +140,7 @@ namespace {
     const bool are_one_body = within == BodyRule::ALL ||
         (within == BodyRule::TYPE && a.type == b.type) ||
         (within == BodyRule::MOLECULE && a.molecule == b.molecule && a.molecule != 0.0);
-    if (line.kind == BondLine::BOND && !are_one_body && !(rules.joins() && rules.join.all))
+    if (line.is_bond() && !are_one_body && !(rules.joins() && rules.join.all))
       return fmt::format("its atoms are not of one {0}, but 'within {0}' is in force: give them "
                          "the {0}s that they had when the file was written, or leave 'within' out "
                          "here and WITHIN: in the header",
@@ -205,10 +205,8 @@ void BondRecording::record_file(const std::string &name, const PairRules &rules)
       ends_here[k] = {atom->mask[i] & fix->groupbit ? 1.0 : 0.0, (double) atom->type[i],
                       atom->molecule ? (double) atom->molecule[i] : 0.0};
       const int64_t partner = k % 2 ? line.id_i : line.id_j;
-      if (line.kind == BondLine::BOND)
-        made[i].push_back({partner, line.deq});
-      else
-        remembered[i].push_back({partner, line.deq, line.kind});
+      if (line.is_bond()) made[i].push_back({partner, line.deq});
+      if (line.kind != BondLine::BOND) remembered[i].push_back({partner, line.deq, line.kind});
     }
     MPI_Allreduce(ends_here.data(), ends.data(), (int) (3 * ends.size()), MPI_DOUBLE, MPI_SUM,
                   world);
@@ -248,7 +246,8 @@ std::string BondRecording::find_bond_twice(const std::string &file) const
   for (int i = 0; i < atom->nlocal; i++) {
     std::vector<int64_t> partners;
     for (const BondRecord &bond : made[i]) partners.push_back(bond.partner);
-    for (const Remembered &one : remembered[i]) partners.push_back(one.partner);
+    for (const Remembered &one : remembered[i])
+      if (one.kind != Remembered::JOINED) partners.push_back(one.partner);
     std::sort(partners.begin(), partners.end());
     const auto twice = std::adjacent_find(partners.begin(), partners.end());
     if (twice == partners.end()) continue;
@@ -285,9 +284,13 @@ void BondRecording::give_to(BondStore &store)
     for (size_t i = 0; i < remembered.size(); i++) store.remembered_of((int) i) = remembered[i];
   }
   for (const auto &[i, sphere] : spheres) {
-    const auto &[p, work, slip, bonds, recorded, rho, slope, gap, torn, lost] = sphere.values;
+    const auto &[p, work, slip, bonds, recorded, rho, slope, gap, torn, lost, batch] =
+        sphere.values;
     if (store.has_history()) store.sphere(i) = {p, work, slip, bonds, recorded};
-    if (store.has_volume()) store.volume(i).reference = {{rho, slope}, gap, torn, lost};
+    if (store.has_volume()) {
+      store.volume(i).reference = {{rho, slope}, gap, torn, lost};
+      store.volume(i).batch = batch;
+    }
   }
 }
 

@@ -85,17 +85,21 @@ std::string WriteEVPBonds::lines_of_pairs(const BondStore &records, BondHeader &
     partners.push_back((tagint) pair.id_j);
   };
   for (int i = 0; i < atom->nlocal; i++)
-    for (const EVP::BondRecord &bond : records.of(i)) add({atom->tag[i], bond.partner, bond.deq});
+    for (const EVP::BondRecord &bond : records.of(i)) {
+      const Remembered *const kept = records.find_remembered(i, bond.partner);
+      const bool joined = kept && kept->kind == Remembered::JOINED;
+      add({atom->tag[i], bond.partner, bond.deq, joined ? kept->kind : BondLine::BOND});
+    }
   for (int i = 0; records.has_history() && i < atom->nlocal; i++)
     for (const Remembered &one : records.remembered_of(i))
-      add({atom->tag[i], one.partner, one.deq, one.kind});
+      if (!records.find(i, one.partner)) add({atom->tag[i], one.partner, one.deq, one.kind});
   const AtomDirectory directory(lmp, partners);
 
   std::string text;
   for (const BondLine &pair : lines) {
     if (directory.entries.at((tagint) pair.id_j).type == 0) continue;
     text += bond_text(pair);
-    (pair.kind == BondLine::BOND ? header.bonds : header.contacts)++;
+    (pair.is_bond() ? header.bonds : header.contacts)++;
   }
   return text;
 }
@@ -105,17 +109,18 @@ std::string WriteEVPBonds::lines_of_pairs(const BondStore &records, BondHeader &
 std::string WriteEVPBonds::lines_of_spheres(const BondStore &records, BondHeader &header) const
 {
   const auto line_of = [&](int i) {
-    const VolumeReference rest = records.has_volume() ? records.volume(i).reference
-                                                      : VolumeReference{};
+    const VolumeRecord volume = records.has_volume() ? records.volume(i) : VolumeRecord{};
+    const VolumeReference &rest = volume.reference;
     const auto n = (double) records.of(i).size();
     const Sphere own = records.has_history() ? records.sphere(i) : Sphere{0.0, 0.0, 0.0, n, n};
     return SphereLine{atom->tag[i],
                       {own.p, own.work, own.slip, own.bonds, own.recorded, rest.own.rho,
-                       rest.own.slope, rest.gap, rest.torn, rest.lost}};
+                       rest.own.slope, rest.gap, rest.torn, rest.lost, volume.batch}};
   };
   const auto has_changed = [&](int i) {
     return (records.has_history() && !records.sphere(i).is_new(records.of(i).size())) ||
-        (records.has_volume() && records.volume(i).reference.torn != 0.0);
+        (records.has_volume() &&
+         (records.volume(i).reference.torn != 0.0 || records.volume(i).batch > 1.0));
   };
   bool any = false;
   for (int i = 0; i < atom->nlocal; i++) any = any || has_changed(i);

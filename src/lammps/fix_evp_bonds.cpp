@@ -21,7 +21,7 @@
 using namespace LAMMPS_NS;
 using namespace EVP;
 
-static constexpr double RESTART_FORMAT = 2006;    // first word of our section in restart files
+static constexpr double RESTART_FORMAT = 2009;    // first word of our section in restart files
 
 // fix ID group evp/bonds [zone Z | file FILE] [within type|molecule] [new yes|no] [events FILE]
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
@@ -420,13 +420,11 @@ void FixEVPBonds::write_restart(FILE *fp)
                                (double) (int) bonds->within,
                                count_ended(),
                                (double) bonds->has_volume(),
-                               bonds->reaches,
-                               bonds->exclusions,
                                count_begun(),
                                bonds->joins_by.within,
                                (double) bonds->joins_by.all};
-  const std::vector<double> measures = bonds->measures.words();
-  words.insert(words.end(), measures.begin(), measures.end());
+  for (const auto &more : {bonds->volume_scene.words(), bonds->measures.words()})
+    words.insert(words.end(), more.begin(), more.end());
   const int size = (int) (words.size() * sizeof(double));
   if (comm->me == 0) {
     fwrite(&size, sizeof(int), 1, fp);
@@ -437,8 +435,11 @@ void FixEVPBonds::write_restart(FILE *fp)
 void FixEVPBonds::restart(char *buf)
 {
   const auto *words = reinterpret_cast<const double *>(buf);
+  constexpr size_t FIRST = 12, MOST_WORDS = 1 << 20;
   BondMeasures measures;
-  if (words[0] != RESTART_FORMAT || !measures.unpack(words + 14, atom->ntypes))
+  VolumeScene scene;
+  if (words[0] != RESTART_FORMAT || !scene.unpack(words + FIRST, MOST_WORDS) ||
+      !measures.unpack(words + FIRST + scene.words().size(), atom->ntypes))
     error->all(FLERR,
                "{}: its section of the restart file is damaged, or from a version of this package "
                "that wrote another format: use an older restart file, or that version",
@@ -449,11 +450,10 @@ void FixEVPBonds::restart(char *buf)
   const BodyRule given = bonds->within, kept = (BodyRule) (int) words[6];
   if (recorded || given == BodyRule::ALL) bonds->within = kept;
   bonds->restore(recorded, (int64_t) words[3], (int64_t) words[4],
-                 comm->me == 0 ? (int64_t) words[7] : 0, comm->me == 0 ? (int64_t) words[11] : 0);
-  bonds->joins_by = {words[12], words[13] != 0.0};
+                 comm->me == 0 ? (int64_t) words[7] : 0, comm->me == 0 ? (int64_t) words[9] : 0);
+  bonds->joins_by = {words[10], words[11] != 0.0};
   bonds->keep_volume(words[8] != 0.0);
-  bonds->reaches = words[9];
-  bonds->exclusions = words[10];
+  bonds->volume_scene = scene;
   bonds->measures = measures;
   const bool differs = !file.empty() || (zone > 0.0 && zone != words[1]) ||
       (given != BodyRule::ALL && given != kept);

@@ -20,9 +20,7 @@ namespace LAMMPS_NS {
 
 /// Records the bonds of a body at the first set-up, and owns the records: their life with the atoms,
 /// in restart files, and what users read of them.
-class FixEVPBonds :
-    public EVP::WithPerAtomComm<Fix>,
-    public EVP::Shares<const EVP::BondStore> {
+class FixEVPBonds : public EVP::WithPerAtomComm<Fix>, public EVP::Shares<const EVP::BondStore> {
  public:
   FixEVPBonds(class LAMMPS *, int, char **);
   ~FixEVPBonds() override;

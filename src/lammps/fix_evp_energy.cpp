@@ -66,15 +66,15 @@ void FixEVPEnergy::setup(int /*vflag*/)
   bring_forces_home();
   if (box.acts) {
     const double done = box.begin(domain);
-    if (started) entries[BOX] += reduce_all(done, MPI_SUM, world);
+    if (started) now.works.box += done;
   }
-  last = over_all_ranks({instant_here(), {}}).instant;
+  now.instant = instant_here();
   // flow that is due is in no deq yet, and the stored energies are those after it: what it will
   // dissipate in the first step, pairs still hold
-  last.pairs.elastic += last.pairs.plastic;
-  if (!started) start = last;
+  now.instant.pairs.elastic += now.instant.pairs.plastic;
+  summed_step = -1;
+  if (!started) start = over_all_ranks(now).instant;
   started = true;
-  end_instant();
   for (int i = 0; i < atom->nlocal; i++) unwrap(i, records[i].x);
 }
 
@@ -172,7 +172,7 @@ FixEVPEnergy::Works FixEVPEnergy::works_of_step()
     others += box.others;
     of_box = box.end_step(by_damping) + damping_of_box();
   }
-  return {dissipated_at_begin + dissipated + damped, prescribed + damped, others, of_box};
+  return {dissipated_at_begin + dissipated + damped, prescribed + damped, others, of_box, 0.0};
 }
 
 void FixEVPEnergy::post_integrate()
@@ -217,25 +217,32 @@ void FixEVPEnergy::note_images()
   forward_comm_images(work->images, COUNT_OF_BOXES.data());
 }
 
-// What damping gives back where a velocity turns within a step is deducted from what it takes next
 void FixEVPEnergy::end_of_step()
 {
   if (bonds) bonds->end_of_step();    // whichever comes first
   bring_forces_home();
-  const Totals now = over_all_ranks({instant_here(), works_of_step()});
-  last = now.instant;
-  taken += now.works.dissipated;
-  entries[DISSIPATED] = std::max(entries[DISSIPATED], taken);
-  entries[PRESCRIBED] += now.works.prescribed;
-  entries[OTHERS] += now.works.others;
-  entries[BOX] += now.works.box;
-  entries[PLASTIC] += now.instant.pairs.plastic;
-  end_instant();
+  now.instant = instant_here();
+  const Works step = works_of_step();
+  now.works.dissipated += step.dissipated;
+  now.works.prescribed += step.prescribed;
+  now.works.others += step.others;
+  now.works.box += step.box;
+  now.works.plastic += now.instant.pairs.plastic;
+  summed_step = -1;
 }
 
-// what is held at the end of a step
-void FixEVPEnergy::end_instant()
+// Collective, where someone asks: of all MPI ranks, at the end of the last step. What damping gives back where a velocity turns
+// within a step is deducted from what it takes next
+void FixEVPEnergy::sum_up()
 {
+  if (summed_step == update->ntimestep) return;
+  summed_step = update->ntimestep;
+  const auto [last, works] = over_all_ranks(now);
+  entries[DISSIPATED] = std::max(entries[DISSIPATED], works.dissipated);
+  entries[PRESCRIBED] = works.prescribed;
+  entries[OTHERS] = works.others;
+  entries[BOX] = works.box;
+  entries[PLASTIC] = works.plastic;
   entries[KINETIC] = last.kinetic - start.kinetic;
   entries[FIRST] = last.pairs.elastic - start.pairs.elastic;
   entries[SECOND] = last.pairs.forgotten - start.pairs.forgotten;
@@ -252,11 +259,18 @@ void FixEVPEnergy::end_instant()
 // a box that deforms
 double FixEVPEnergy::compute_scalar()
 {
+  sum_up();
   double imbalance = 0.0;
   for (const Entry entry :
        {KINETIC, FIRST, SECOND, LOST, CONTACTS, DISSIPATED, PLASTIC, ENDED, VOLUME})
     imbalance += entries[entry];
   return imbalance - entries[PRESCRIBED] - entries[OTHERS] - entries[BOX];
+}
+
+double FixEVPEnergy::compute_vector(int n)
+{
+  sum_up();
+  return entries[n];
 }
 
 // an atom that comes during a run brings no work with it

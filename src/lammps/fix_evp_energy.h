@@ -214,7 +214,7 @@ class FixEVPEnergy :
   void end_of_step() override;
 
   double compute_scalar() override;
-  double compute_vector(int n) override { return entries[n]; }
+  double compute_vector(int n) override;
   double memory_usage() override { return AtomRecords::memory_usage() + work->memory_usage(); }
   void set_arrays(int) override;
 
@@ -243,12 +243,12 @@ class FixEVPEnergy :
     EVP::PairWork::Sums pairs;
   };
 
-  /// What happens in a step [energy].
+  /// What happens in steps [energy].
   struct Works {
-    double dissipated, prescribed, others, box;
+    double dissipated, prescribed, others, box, plastic;
   };
 
-  /// Of an MPI rank, then of all.
+  /// Of an MPI rank or of all: now, and since the start.
   struct Totals {
     Instant instant;
     Works works;
@@ -259,11 +259,12 @@ class FixEVPEnergy :
   const class FixNVEEVP *implicit = nullptr;    // if there is one
   int integrated_groupbits = 0;                 // groups of the fixes that move atoms by forces
   bool started = false;
-  double dt_step = 0.0;    // of the step under way: at its end another fix may have changed it
-  Instant start{}, last{};
+  double dt_step = 0.0;       // of the step under way: at its end another fix may have changed it
+  Instant start{};            // of all MPI ranks
+  Totals now{};               // of this one
+  bigint summed_step = -1;    // step that the entries are of
   double dissipated_at_begin = 0.0;    // of the step under way, on this MPI rank
 
-  double taken = 0.0;    // by damping; DISSIPATED is the most that it was so far
   double entries[NENTRIES] = {};
   std::shared_ptr<EVP::PairWork> work = std::make_shared<EVP::PairWork>();
   EVP::BoxWork box{*work};
@@ -281,7 +282,7 @@ class FixEVPEnergy :
   Totals over_all_ranks(Totals totals) const;
   Works works_of_step();
   void unwrap(int i, double *x) const;
-  void end_instant();
+  void sum_up();
 };
 
 }    // namespace LAMMPS_NS

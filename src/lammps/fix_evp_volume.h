@@ -12,9 +12,7 @@ namespace LAMMPS_NS {
 
 /// An energy of the volume strain of each atom, by the density of its neighbors. Its forces are in those of the pair style,
 /// its energy is here; what atoms keep for it is with the records of fix evp/bonds.
-class FixEVPVolume :
-    public EVP::WithPerAtomComm<Fix>,
-    public EVP::Shares<EVP::VolumeForces> {
+class FixEVPVolume : public EVP::WithPerAtomComm<Fix>, public EVP::Shares<EVP::VolumeForces> {
  public:
   FixEVPVolume(class LAMMPS *, int, char **);
   ~FixEVPVolume() override { atom->delete_callback(id, Atom::GROW); }

@@ -294,7 +294,7 @@ bool PairData::prepare(const NeighList *neighbors)
   const bool due = neighbor->ago == 0 || repack_due || source.version() != source_version ||
       (!atom->avec->comm_x_only && on_any(snapshot.radii_changed(), world));
   const bool is_first = due && pack(neighbors);
-  histories.begin_forces(wanted_work());
+  histories.begin_forces(wanted_work(), volume());
   return is_first;
 }
 
@@ -336,8 +336,8 @@ bool PairData::pack(const NeighList *neighbors)
   if (!rules.joins() && bonds()) histories.store().joins_by = {};
   if (is_first && bonds()) types.check(lists.bonds, volume());
   snapshot.finish();
-  histories.note_packing();
   if (!bonds()) volume_.reset();    // the bonds have gone since the last set-up
+  histories.note_packing(volume());
   const bigint without_pair = agree_on_pairs(found, same_list);
   if (!same_list) {    // else the same bonds are far
     histories.forget_far();
@@ -374,12 +374,15 @@ void PairData::find_far(bigint records_without_pair)
 
 void PairData::commit(bool at_rest)
 {
-  const bool shares_leave = volume() && rules.breaks();    // past dlim there are none
   if (at_rest) histories.find_next();
-  if (shares_leave && at_rest) volume()->evaluate(lists);
-  histories.commit(at_rest, wanted_work(), volume());
-  if (shares_leave) volume()->commit();
-  if (volume() && rules.joins()) volume()->commit_joins(lists);
+  if (volume() && at_rest) volume()->evaluate(lists);
+  histories.commit(wanted_work(), volume());
+  if (volume()) volume()->commit();
+  if (!at_rest || !rules.plastic) return;
+  histories.move_limits(wanted_work(), volume());
+  if (!volume()) return;
+  volume()->evaluate(lists);
+  volume()->commit();
 }
 
 // Collective. All MPI ranks agree on what any of them has found in its pairs; warns of overlaps, and again when there are

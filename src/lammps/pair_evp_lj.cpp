@@ -310,8 +310,10 @@ void PairEVPLJ::sum_forces(bool damps)
   add(lists.contacts, coefficients.block_law(lists.contacts), nullptr,
       pair_data.histories.beginning_to_find());
   view.v = nullptr;
-  if (volume)
-    add(volume->others(), {}, &volume->on_others, nullptr);    // its fix reports the energy
+  if (volume)    // its fix reports the energy
+    volume->for_each_other([&](PairList &list, VolumePasses::Forces &forces) {
+      add(list, {}, &forces, nullptr);
+    });
   if (work) work->finish(view);
 }
 
@@ -330,8 +332,9 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   svector[2] = acts ? now.regime : 0.0;
 
   if (pair_data.volume() && factor_lj != 0.0)
-    fforce =
-        pair_data.volume()->force(i, j, d, law.row.alpha, pair.is_bond && rsq <= pair.cutsq) / d;
+    fforce = pair_data.volume()->force(i, j, d, law.row.alpha,
+                                       pair.is_bond && !pair.has_joined && rsq <= pair.cutsq) /
+        d;
   if (!acts) return 0.0;
   fforce += now.force / d;
   if (pair_data.damping_acts() && (comm->ghost_velocity || velocities_sent)) {

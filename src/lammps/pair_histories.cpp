@@ -26,6 +26,8 @@ void PairHistories::begin_run(BondStore *records_in, PerAtomComm *exchange_in, b
   heat_ = scene::find_shared<Heat>(modify);
   limits_due = heat_due = false;
   strains.clear();
+  owners = {};
+  ends.owners = begins.owners = &owners;
   ends.strains = nullptr;
   begins.within = rules.join.within * rules.join.within;
   begins.apart = APART * APART * begins.within;
@@ -45,27 +47,63 @@ void PairHistories::begin_step()
   limits_due = rules.plastic && (update->ntimestep % every == 0 || heat_due || was_set);
 }
 
-void PairHistories::begin_forces(PairWork *work)
+void PairHistories::begin_forces(PairWork *work, VolumeForces *volume)
 {
   if (std::exchange(heat_due, false)) {
     if (rules.has_history()) bring_sums_home();
     heat()->hand_out(lists);
   }
-  if (std::exchange(limits_due, false)) move_limits(work);
+  if (std::exchange(limits_due, false)) move_limits(work, volume);
+  find_owners();
 }
 
-void PairHistories::note_packing()
+void PairHistories::note_packing(VolumeForces *volume)
 {
   ends.clear();
   begins.clear();
   if (const auto heat = this->heat()) heat->note_packing(lists.nall);
   if (!rules.has_history()) return;
+  note_images();
   sums.reset(lists.nall);
   if (!rules.plastic) return;
-  share_limits();
+  share_limits(volume, false);
   for_each_limit([](double &limit, double now, const auto &...) {
     limit = now;
   });
+}
+
+// Collective. Where both owners of a pair hold it: by how many periods ghosts are away from their owners
+void PairHistories::note_images()
+{
+  owners = {};
+  if (force->newton_pair || !(domain->xperiodic || domain->yperiodic || domain->zperiodic)) return;
+  owners.nlocal = lists.nlocal;
+  owners.x.assign((size_t) 3 * lists.nall, 0.0);
+  periods.assign(owners.x.size(), 0.0);
+  find_owners();
+  const double *const h_inv = domain->h_inv;    // xx yy zz yz xz xy
+  for (int j = lists.nlocal; j < lists.nall; j++) {
+    const Vector away = Vector(atom->x[j]) - vector_of(owners.x, j);
+    const Vector in_boxes = {h_inv[0] * away.x + h_inv[5] * away.y + h_inv[4] * away.z,
+                             h_inv[1] * away.y + h_inv[3] * away.z, h_inv[2] * away.z};
+    Vector(std::round(in_boxes.x), std::round(in_boxes.y), std::round(in_boxes.z))
+        .store(&periods[(size_t) 3 * j]);
+  }
+}
+
+// Collective, before forces
+void PairHistories::find_owners()
+{
+  if (owners.empty()) return;
+  for (int i = 0; i < lists.nlocal; i++) std::copy_n(atom->x[i], 3, &owners.x[(size_t) 3 * i]);
+  exchange->forward_comm(owners.x);
+  const double *const h = domain->h;
+  owners.shifts.resize(owners.x.size());
+  for (int j = 0; j < lists.nall; j++) {
+    const Vector n = vector_of(periods, j);
+    Vector(n.x * h[0] + n.y * h[5] + n.z * h[4], n.y * h[1] + n.z * h[3], n.z * h[2])
+        .store(&owners.shifts[(size_t) 3 * j]);
+  }
 }
 
 // what ghosts have summed; bonds that have ended wait until the records are told
@@ -82,8 +120,9 @@ void PairHistories::bring_sums_home()
   std::fill(sums.values.begin() + (size_t) FlowSums::WIDTH * lists.nlocal, sums.values.end(), 0.0);
 }
 
-// Collective. From the plastic strains of own atoms, and their softening, to the limits of these and of ghosts
-void PairHistories::share_limits()
+// Collective. From the plastic strains of own atoms, and their softening, to the limits of these and of ghosts; volume: which
+// of them are torn open
+void PairHistories::share_limits(VolumeForces *volume, bool opens)
 {
   PerAtomComm::Values values((size_t) 3 * lists.nall, 0.0);
   const auto heat = this->heat();
@@ -91,23 +130,28 @@ void PairHistories::share_limits()
     const double p = records->sphere(i).p;
     values[(size_t) 3 * i] = types.limit(atom->type[i])(p) * (heat ? heat->factor(i) : 1.0);
     values[(size_t) 3 * i + 1] = p;
+    if (volume)
+      values[(size_t) 3 * i + 2] = VolumeForces::openness(records->volume(i).reference, opens);
   }
   exchange->forward_comm(values);
   limits.resize(lists.nall);
   strains.resize(rules.breaks() ? lists.nall : 0);
   bool fails = false;
+  std::vector<char> open(volume ? lists.nall : 0);
   for (int i = 0; i < lists.nall; i++) {
     limits[i] = values[(size_t) 3 * i];
+    if (volume) open[i] = (char) values[(size_t) 3 * i + 2];
     if (!rules.breaks()) continue;
     strains[i] = values[(size_t) 3 * i + 1];
     fails = fails || strains[i] >= rules.break_strain;
   }
+  if (volume) volume->set_openness(open);
   // a minimization changes nothing before it is at rest
   ends.strains = fails && update->whichflag != 2 ? strains.data() : nullptr;
   ends.failure = rules.break_strain;
 }
 
-void PairHistories::move_limits(PairWork *work)
+void PairHistories::move_limits(PairWork *work, VolumeForces *volume)
 {
   due = true;
   bring_sums_home();
@@ -118,7 +162,7 @@ void PairHistories::move_limits(PairWork *work)
     heat->take_factors();
   }
   const bool were_given = take_given_strains();
-  share_limits();
+  share_limits(volume, true);
   for_each_limit([&](double &limit, double now, PairList &list, int i, int n) {
     const double before = std::exchange(limit, now);
     if (now < before) keep_below_limit(list, i, n, before, work, !were_given);
@@ -174,15 +218,14 @@ void PairHistories::keep_below_limit(PairList &list, int i, int n, double before
   if (work) work->add_dissipated(rank_share(p.j, lists.nreact) * dissipated);
 }
 
-void PairHistories::commit(bool at_rest, PairWork *work, VolumeForces *volume)
+void PairHistories::commit(PairWork *work, VolumeForces *volume)
 {
   due = true;
   for (PairList *list : {&lists.bonds, &lists.contacts})
     if (list->stays()) commit_flow(*list, lists.nreact, sums);
   end_bonds(work, volume);
   end_far_bonds(work);
-  if (rules.joins()) begin_bonds(work, volume);
-  if (at_rest && rules.plastic) move_limits(work);
+  if (rules.joins()) begin_bonds(work);
 }
 
 bool PairHistories::would_change() const
@@ -200,6 +243,7 @@ void PairHistories::find_next()
   std::vector<double> scratch((size_t) 3 * lists.nall, 0.0);
   const ParticleView view = {scene::rows(atom->x), nullptr,
                              reinterpret_cast<double(*)[3]>(scratch.data()), lists.nreact};
+  find_owners();
   ends.clear();
   ends.strains = strains.empty() ? nullptr : strains.data();
   accumulate_forces(lists.bonds, coefficients.block_law(lists.bonds), view, {&ends});
@@ -223,7 +267,7 @@ void PairHistories::end_bonds(PairWork *work, VolumeForces *volume)
                d < dlim * (1.0 - BOND_MARGIN) ? BondEvent::FAILED : BondEvent::AT_DLIM);
     if (rules.plastic) sums.add(i, bond.j, lists.nreact, FlowSums::ENDED, 1.0);
     end_at(i, bond.j, coefficients.law(bond.law).state(d * bond.inv_deq, bond).stored, work);
-    if (volume) volume->pair_leaves(lists, i, bond.j, 1.0 / lists.bonds.inv_dlim[k]);
+    if (volume) volume->bond_ends(lists, k);
     if (left.cutoff > 0.0) add_contact(i, bond, d, left);
   }
   lists.bonds.remove(ends.found);
@@ -266,7 +310,7 @@ void PairHistories::add_contact(int i, const PackedPair &bond, double d, const S
 }
 
 // likewise. What a contact stores is lost: one that comes from outside has nothing, unless it jumped
-void PairHistories::begin_bonds(PairWork *work, VolumeForces *volume)
+void PairHistories::begin_bonds(PairWork *work)
 {
   PairList &bonds = lists.bonds, &contacts = lists.contacts;
   for (const int k : begins.released) contacts.join[k] &= ~PairList::NOT_BEFORE_APART;
@@ -287,11 +331,11 @@ void PairHistories::begin_bonds(PairWork *work, VolumeForces *volume)
     demand_room(bonds, 1, error);
     bonds.set(bonds.size(), contact.j, d, dlim, law);
     bonds.limit[bonds.size()] = limit_of(law, i, limits[contact.j]);
-    if (volume) {
-      bonds.inv_dlim.resize(bonds.size());
-      bonds.inv_dlim.push_back(volume->pair_begins(lists, i, contact.j, d, alpha));
-    }
     bonds.add_row(i, 1);
+    if (!bonds.joins) continue;    // without the volume energy
+    bonds.join.back() = PairList::HAS_JOINED;
+    bonds.inv_dlim.resize(bonds.size() - 1);
+    bonds.inv_dlim.push_back(HUGE_VAL);
   }
   contacts.remove(begins.found);
   if (!begins.found.empty()) lists.build++;
@@ -361,6 +405,8 @@ void PairHistories::apply(const PairEvent &event)
     remember(Remembered::CONTACT);
   else if (event.what == PairEvent::INSIDE)
     remember(Remembered::INSIDE);
+  else if (event.what == PairEvent::JOINED)
+    remember(Remembered::JOINED);
   else if (event.what == PairEvent::BEGAN)
     records->begin(event.i, event.partner, event.deq);
   else {
@@ -387,6 +433,7 @@ void PairHistories::add_moves()
         if (list->are_bonds) {    // one that began since is not in the records yet
           const BondRecord *const bond = records->find(i, tag[j]);
           if (!bond || 1.0 / bond->deq != inv_deq) note(PairEvent::MOVED);
+          if (list->joins && list->join[k] != 0) note(PairEvent::JOINED);
         } else if (list->joins && (list->join[k] & PairList::NOT_BEFORE_APART))
           note(PairEvent::INSIDE);
         // contacts end at R_i + R_j as these were packed

@@ -54,7 +54,7 @@ class PairHistories : protected Pointers {
 
   /// Collective, before forces. Where that is due heat is handed out, and the plastic strains and limits of the spheres move
   /// on. work: is told of what this dissipates, nullptr without.
-  void begin_forces(PairWork *work);
+  void begin_forces(PairWork *work, VolumeForces *volume);
 
   /// That of fix evp/heat, nullptr without.
   std::shared_ptr<Heat> heat() const { return heat_.lock(); }
@@ -65,7 +65,11 @@ class PairHistories : protected Pointers {
 
   /// At the end of each step and when a minimization is at rest: what the last forces found comes into force. work,
   /// volume: are told of bonds that end, nullptr without.
-  void commit(bool at_rest, PairWork *work, VolumeForces *volume);
+  void commit(PairWork *work, VolumeForces *volume);
+
+  /// Collective. Plastic strains and limits of the spheres, and which are torn open: at the steps that are due, and when a
+  /// minimization is at rest, after commit().
+  void move_limits(PairWork *work, VolumeForces *volume);
 
   /// That the records are in.
   BondStore &store() { return *records; }
@@ -91,7 +95,7 @@ class PairHistories : protected Pointers {
   }
 
   /// Collective. The lists were packed anew: what the last forces found is void.
-  void note_packing();
+  void note_packing(VolumeForces *);
 
   /// Collective: to the records of their atoms, where they are due, and so does heat. Called before atoms migrate, and before
   /// others read the records. volume: is told how bonds are at rest now, nullptr without.
@@ -113,7 +117,8 @@ class PairHistories : protected Pointers {
   double memory_usage() const
   {
     return bytes_of(ends.found, ends.squared_distances, begins.found, begins.squared_distances,
-                    begins.released, journal, far, sums.values, strains, limits);
+                    begins.released, journal, far, owners.x, owners.shifts, periods, sums.values,
+                    strains, limits);
   }
 
  private:
@@ -133,6 +138,7 @@ class PairHistories : protected Pointers {
       ENDED,         ///< a bond; deq: of what is left of it
       REMEMBERED,    ///< a contact that has flowed, to this deq
       INSIDE,        ///< a contact that may not join before it has been apart
+      JOINED,        ///< a bond that began, and may have been told before
       BEGAN          ///< a bond
     };
     int i, j;
@@ -150,6 +156,8 @@ class PairHistories : protected Pointers {
     PairState state;
   };
 
+  OwnerDistances owners;
+  std::vector<double> periods;    // of its shifts
   EndingBonds ends;
   BeginningBonds begins;
   std::vector<PairEvent>
@@ -167,9 +175,10 @@ class PairHistories : protected Pointers {
   /// Does another row hold the pair too, which stands for both? Without newton, across MPI ranks or a periodic boundary.
   bool is_copy(int i, int j) const { return j >= lists.nreact && atom->tag[i] > atom->tag[j]; }
   void bring_sums_home();
+  void note_images();
+  void find_owners();
   void end_at(int i, int j, const Stored &held, PairWork *);
-  void share_limits();
-  void move_limits(PairWork *);
+  void share_limits(VolumeForces *, bool opens);
   bool take_given_strains();
   double limit_of(int law, int i, double of_partner) const;
   void note_event(int i, int j, tagint partner, BondEvent::Why);
@@ -179,7 +188,7 @@ class PairHistories : protected Pointers {
   void keep_below_limit(PairList &, int i, int n, double before, PairWork *, bool adds_strain);
   void end_bonds(PairWork *, VolumeForces *);
   void end_far_bonds(PairWork *);
-  void begin_bonds(PairWork *, VolumeForces *);
+  void begin_bonds(PairWork *);
   void apply(const PairEvent &);
   void return_due(VolumeForces *);
   void tell_owners();

@@ -31,6 +31,7 @@ PairListBuilder::Found PairListBuilder::build(const Input &input, PairLists &lis
   lists.contacts.clear(input.rules.contact_margin(false, input.any_damping),
                        input.rules.flow_of_contacts());
   lists.contacts.joins = input.rules.joins();
+  lists.bonds.joins = input.rules.joins() && input.bonds && input.bonds->has_volume();
   lists.unbonded.clear(BOND_MARGIN, Flow::FORGETS);
 
   Found found{};
@@ -103,7 +104,8 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
   const bool joins = rules.joins(), looks_first = input.looks_first;
   const double inside = APART * rules.join.within;
   const bool join_all = rules.join.all;
-  std::vector<char> &join = lists.contacts.join;
+  const bool notes_joined = lists.bonds.joins;
+  std::vector<char> &join = lists.contacts.join, &has_joined = lists.bonds.join;
   Room bonds(lists.bonds), contacts(lists.contacts);
 
   for (int jj = 0; jj < nneighbors; jj++) {
@@ -129,6 +131,11 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
       if (dsq > dlim * dlim && domain->minimum_image_check(dx, dy, dz)) continue;
       span = rules.of_bond(bond->deq, dlim);
       bonds.add(span.deq, lists.bonds.cutoff_squared(span.cutoff), j, law);
+      if (notes_joined) {
+        const Remembered *const kept = may_remember ? input.bonds->find_remembered(i, view.tag[j])
+                                                    : nullptr;
+        has_joined.push_back(kept && kept->kind == Remembered::JOINED ? PairList::HAS_JOINED : 0);
+      }
       found.bond_sides += j < lists.nreact ? 2 : 1;
     } else {
       const Remembered *const kept = may_remember ? input.bonds->find_remembered(i, view.tag[j])

@@ -94,7 +94,7 @@ void StableTimesteps::note_volume(const VolumeForces &volume, const PairLists &l
     known.push_back({{linear.links[k].i, linear.links[k].j}, k});
   std::sort(known.begin(), known.end());
   linear.volume_links.resize(known.size());
-  volume.for_each_pair(lists, [&](const PlacedPair &p, double inv_dlim, double pull) {
+  volume.for_each_pair(lists, [&](const PlacedPair &p, bool bond, double inv_dlim, double pull) {
     if (!linear.is_free(p.i) && !linear.is_free(p.j)) return;
     const std::pair<int, int> pair = {p.i, p.j};
     const auto found = std::lower_bound(known.begin(), known.end(), std::pair(pair, (size_t) 0));
@@ -107,7 +107,7 @@ void StableTimesteps::note_volume(const VolumeForces &volume, const PairLists &l
       linear.volume_links.emplace_back();
     }
     const double opening = 2.0 * inv_dlim * (1.0 - d * inv_dlim);
-    linear.volume_links[k] = {opening, 0.0, p.is_bond};
+    linear.volume_links[k] = {opening, 0.0, bond};
     linear.links[k].axial += std::max(0.0, -2.0 * pull * inv_dlim * inv_dlim);
     linear.links[k].across += pull * opening / d;
   });

@@ -13,7 +13,9 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace EVP {
@@ -26,7 +28,7 @@ class VolumeForces : protected Pointers {
   VolumeLaw law;
 
   /// kv: by atom type, from 1 [energy], or empty: those of the rows of the pair style, by set_kv().
-  /// The exchange of VolumePasses::WIDTH values per atom is that of the fix.
+  /// The exchange of npulls() and ncolumns() values per atom is that of the fix.
   VolumeForces(LAMMPS *, const std::string &who, int groupbit, const std::vector<double> &kv,
                PerAtomComm &);
 
@@ -50,6 +52,10 @@ class VolumeForces : protected Pointers {
     });
   }
 
+  /// How many values per atom evaluate() sends to owners, and to ghosts.
+  static int ncolumns(const PairRules &rules) { return Columns(rules).n; }
+  static int npulls(const PairRules &rules) { return rules.plastic ? 3 : 2; }
+
   // what the pairs call
 
   /// Collective. Takes the pairs of a neighbor list, and the references of new bonds. ending: which bonds end.
@@ -58,21 +64,16 @@ class VolumeForces : protected Pointers {
 
   /// Collective. Strains and energies at the present positions.
   void evaluate(const PairLists &, const ParticleView &);
+
   void evaluate(const PairLists &lists)
   {
     evaluate(lists, {scene::rows(atom->x), nullptr, nullptr, lists.nreact});
   }
 
-  /// The pair of a bond that breaks counts as one that was never recorded.
-  void pair_leaves(PairLists &, int i, int j, double dlim) const;
+  /// A bond of the list that ends, and is still in it, counts as a pair that was never recorded.
+  void bond_ends(PairLists &, int k);
 
-  /// A pair without a bond becomes one that is d apart. Returns 1/dlim, as the list of bonds has it.
-  double pair_begins(PairLists &, int i, int j, double d, double alpha);
-
-  /// Collective, after these: the references of their atoms.
-  void commit_joins(const PairLists &);
-
-  /// Collective. The same for one who asks at other positions: what the fix reports, and which bonds break, stays that of the
+  /// Collective. The same as evaluate() for one who asks at other positions: what the fix reports, and which bonds break, stays that of the
   /// forces.
   void evaluate_aside(const PairLists &);
 
@@ -80,43 +81,64 @@ class VolumeForces : protected Pointers {
   /// next pack().
   void far_bond_leaves(int i) { far.push_back(i); }
 
-  /// At the end of a step: the references lose the bonds that break, as evaluate() has found them.
+  /// At the end of a step: what evaluate() has found of the references comes into force.
   void commit();
+
+  // with plasticity, when limits move on and at a packing: which atoms and ghosts are torn open
+
+  enum Openness { CLOSED, IS_OPEN, OPENS };
+
+  /// Of an atom with this reference. now: do those that were beyond cavitation open now?
+  static Openness openness(const VolumeReference &own, bool now)
+  {
+    if (own.is(VolumeReference::OPEN)) return IS_OPEN;
+    return now && own.is(VolumeReference::BEYOND) ? OPENS : CLOSED;
+  }
+  void set_openness(const std::vector<char> &now);
 
   /// Collective, before the records are told where deq of these bonds has moved, and which have ended.
   void note_bonds_at_rest(const PairLists &);
 
-  /// After evaluate(): what adds the forces of bonds to those that they have, and of the pairs without a bond, which have no
-  /// other.
-  VolumePasses::Forces on_bonds{nullptr, nullptr}, on_others{nullptr, nullptr};
-  PairList &others() { return active; }
+  /// Adds the forces of evaluate() to those that bonds have.
+  VolumePasses::Forces on_bonds{nullptr, {nullptr, 0}};
+
+  /// After evaluate(), calls f(list, what adds its forces) for pairs that have no other.
+  template <class F> void for_each_other(F &&f)
+  {
+    for (Others &some : others) {
+      VolumePasses::Forces forces(some.now.inv_deq.data(), pulls_of(some.column), some.ends);
+      f(some.now, forces);
+    }
+  }
 
   // what others read, as of the last evaluate()
 
-  /// Calls f(PlacedPair, 1/dlim, sum of -dU/drho of both atoms [energy]) for all pairs within their dlim, or zone.
+  /// Calls f(PlacedPair, does it count as a bond, 1/dlim, sum of -dU/drho of the atoms for which it counts [energy]) for all
+  /// pairs within their dlim, or zone.
   template <class F> void for_each_pair(const PairLists &lists, F &&f) const
   {
-    for (const PairList *list : {&lists.bonds, &lists.unbonded})
-      EVP::for_each_pair(*list, scene::rows(atom->x), [&](const PlacedPair &p) {
-        const double inv_dlim = list == &lists.bonds ? list->inv_dlim[p.index] : p.inv_deq;
-        if (p.distance() * inv_dlim < 1.0) f(p, inv_dlim, pull(p.i, p.j, list == &lists.unbonded));
+    const auto *const x = scene::rows(atom->x);
+    EVP::for_each_pair(lists.bonds, x, [&](const PlacedPair &p) {
+      const double inv_dlim = lists.bonds.inv_dlim[p.index];
+      if (p.distance() * inv_dlim < 1.0) f(p, true, inv_dlim, pull(p.i, p.j, BONDED, BOTH));
+    });
+    for (const auto &[list, column, ends] :
+         {std::tuple(&lists.unbonded, PULLING, BOTH),
+          {&others[OF_LATER_ROW].all, BONDED, VolumePasses::ROW},
+          {&others[OF_LATER_PARTNER].all, BONDED, VolumePasses::PARTNER}})
+      EVP::for_each_pair(*list, x, [&, column = column, ends = ends](const PlacedPair &p) {
+        const bool only_pushes = column == PULLING && is_beside_open(p.i, p.j);
+        if (p.distance() * p.inv_deq < 1.0)
+          f(p, column == BONDED, p.inv_deq, pull(p.i, p.j, only_pushes ? PUSHING : column, ends));
       });
   }
 
-  /// Force of a pair of atoms of a row with this alpha, at this distance [force], positive repels.
-  double force(int i, int j, double d, double alpha, bool is_bond) const
-  {
-    if (2 * (size_t) std::max(i, j) >= pulls.size() || !are_pair(i, j, is_bond)) return 0.0;
-    const double end = reach(alpha) * (atom->radius[i] + atom->radius[j]);
-    return d < end ? -pull(i, j, !is_bond) * 2.0 * (1.0 - d / end) / end : 0.0;
-  }
+  /// Force of a pair of atoms of a row with this alpha, at this distance [force], positive repels. bond: does it count as one?
+  double force(int i, int j, double d, double alpha, bool bond) const;
 
   /// Volume strain and energy of a local atom, energy of all of them.
   double strain(int i) const { return i < (int) strains.size() ? strains[i] : 0.0; }
-  bool has_strain(int i) const
-  {
-    return 2 * (size_t) i < has_bonds.size() && has_bonds[2 * (size_t) i] != 0.0;
-  }
+  bool has_strain(int i) const { return stride * (size_t) i < batches.size() && batch(i) > 0.0; }
   double energy(int i) const { return state(i).energy; }
   double energy() const { return energy_here; }
 
@@ -124,7 +146,9 @@ class VolumeForces : protected Pointers {
 
   double memory_usage() const
   {
-    return active.memory_usage() + bytes_of(densities, pulls, has_bonds, strains, far, leaving);
+    double bytes = bytes_of(densities, pulls, batches, strains, open, far, leaving);
+    for (const Others &some : others) bytes += some.all.memory_usage() + some.now.memory_usage();
+    return bytes;
   }
 
  private:
@@ -133,32 +157,69 @@ class VolumeForces : protected Pointers {
   const bool from_rows;
   std::vector<double> kv;
   PerAtomComm &exchange;
-  BondStore *store = nullptr;    // of the last pack(), in the run and as long as its lists hold
+  // of the last pack(), in the run and as long as its lists hold
+  BondStore *store = nullptr;
+  const Coefficients *coefficients = nullptr;
 
-  PairList active =
-      PairList(false);     // pairs without a bond within their dlim at the last evaluate()
+  using Ends = VolumePasses::Ends;
+  static constexpr Ends BOTH = VolumePasses::BOTH;
+
+  /// Values per atom: densities, and of own atoms what is to change them; of the first ones there are pulls.
+  enum Density {
+    BONDED,
+    PULLING,
+    PUSHING,
+    CEASED
+  };    // the last two with plasticity; the last: to pull in this step
+  struct Columns {
+    /// Shares that leave with a bond in this step: to be a new pair; of two bodies, as it were deleted; of a bond with a later
+    /// atom, for the older one. After the densities, where bonds end before their dlim.
+    int to_new, gone, to_new_of_older, n;
+
+    explicit Columns(const PairRules &rules) : to_new(rules.plastic ? CEASED + 1 : PUSHING)
+    {
+      gone = to_new + 1;
+      to_new_of_older = to_new + 2;
+      n = rules.breaks() ? to_new + 3 : to_new;
+    }
+  };
+
+  /// Pairs that have no other force here, with dlim for deq: for which of their atoms they count, in which column of the
+  /// densities. Of the last pack(), but for those without a bond, which are in the lists; of the last evaluate(), within dlim.
+  struct Others {
+    Density column;
+    Ends ends;
+    PairList all{false}, now{false};
+  };
+  enum { UNBONDED, BESIDE_OPEN, OF_LATER_ROW, OF_LATER_PARTNER, NOTHERS };
+  std::array<Others, NOTHERS> others = {Others{PULLING, BOTH}, Others{PUSHING, BOTH},
+                                        Others{BONDED, VolumePasses::ROW},
+                                        Others{BONDED, VolumePasses::PARTNER}};
+
   bigint partners = -1;    // sum over the atoms with bonds, which tells whether they are the same
-  Values densities, pulls, has_bonds;    // of all atoms and ghosts
-  std::vector<double> strains;           // of own atoms
+  Columns columns{PairRules()};
+  int stride = 2;                      // of pulls and batches
+  Values densities, pulls, batches;    // of all atoms and ghosts; the last: the first of each
+  std::vector<char> open;              // Openness of all atoms and ghosts; empty without plasticity
+  bool any_open = false;
+  std::vector<double> strains;    // of own atoms
   double energy_here = 0.0;
 
-  /// What an own atom keeps of its reference once bonds have broken.
+  /// What an own atom keeps of its reference once bonds have broken, or atoms were torn open.
   struct Leaving {
     int i;
     VolumeReference reference;
   };
   const EndingBonds *ending = nullptr;    // of the pairs; nullptr where none ends before its dlim
-  bool end_at_dlim = false;        // then a bond leaves without a share, and no rule is needed
-  std::vector<int> far;            // atoms with a bond that breaks at the end of the step
-  std::vector<Leaving> leaving;    // as of the last evaluate(), by i
-  enum Kind : size_t { COUNTED, OF_TWO_BODIES };    // of pairs before they join and after they end
-  Values joined;    // shares of bonds that have just begun, by Kind; empty without
+  bool is_plastic = false;                // then a bond leaves at its dlim, without a share
+  std::vector<int> far;                   // atoms with a bond that breaks at the end of the step
+  std::vector<Leaving> leaving;           // as of the last evaluate(), by i
 
   // what evaluate() found last
   void forget()
   {
     strains.clear();
-    has_bonds.clear();
+    batches.clear();
     energy_here = 0.0;
   }
 
@@ -166,18 +227,41 @@ class VolumeForces : protected Pointers {
   double kv_of(int i) const { return atom->mask[i] & groupbit ? kv[atom->type[i]] : 0.0; }
   DensityNow density(int i) const
   {
-    return {densities[2 * (size_t) i], densities[2 * (size_t) i + 1]};
+    const double *const own = &densities[columns.n * (size_t) i];
+    return {own[BONDED], own[PULLING], is_plastic ? own[PUSHING] : 0.0};
+  }
+  VolumePasses::Column<double> densities_of(Density column)
+  {
+    return {densities.data() + column, columns.n};
+  }
+  VolumePasses::Column<const double> pulls_of(Density column) const
+  {
+    return {pulls.data() + column, stride};
+  }
+  bool is_beside_open(int i, int j) const
+  {
+    return any_open && (open[i] != CLOSED || open[j] != CLOSED);
   }
   VolumeState state(int i) const { return law.state(kv_of(i), reference(i), density(i)); }
   const VolumeReference &reference(int i) const;
-  double pull(int i, int j, size_t of) const
+  double pull(int i, int j, Density column, Ends ends) const
   {
-    return pulls[2 * (size_t) i + of] + pulls[2 * (size_t) j + of];
+    return (ends & VolumePasses::ROW ? pulls_of(column).of(i) : 0.0) +
+        (ends & VolumePasses::PARTNER ? pulls_of(column).of(j) : 0.0);
+  }
+  double batch(int i) const { return batches[stride * (size_t) i]; }
+
+  // For which of its atoms a bond counts: for the later one alone, as the other one has its reference without it
+  Ends ends_of_bond(int i, int j) const
+  {
+    return batch(i) == batch(j) ? BOTH
+        : batch(i) > batch(j)   ? VolumePasses::ROW
+                                : VolumePasses::PARTNER;
   }
   // bonds remain when types or molecule IDs change
   bool are_pair(int i, int j, bool is_bond) const
   {
-    return has_bonds[2 * (size_t) i] && has_bonds[2 * (size_t) j] &&
+    return has_strain(i) && has_strain(j) &&
         (is_bond || !in_different_bodies(atom, store->within, i, j));
   }
   // pairs that no zone recorded count as little as the bonds that are not there
@@ -185,16 +269,27 @@ class VolumeForces : protected Pointers {
   {
     return store->zone > 0.0 ? std::min(store->zone, alpha) : alpha;
   }
-  double dlim(const Coefficients &, int i, int j, bool is_bond) const;
-  void set_references(const std::vector<NeighborDensity> &rest, bool takes);
+  double dlim(int i, int j, bool is_bond) const;
+  std::optional<VolumeReference> find_change(int i);
+  void find_beside_open(const PairLists &);
+  void set_references(const std::vector<NeighborDensity> &rest, bool takes,
+                      const std::vector<double> &to_be);
   void set_gaps(const std::vector<char> &is_known);
   void fill_gaps(const PairLists &, bool at_rest_only);
   static void lose_partners(VolumeRecord &, const NeighborDensity &left);
-  void find_leaving(const PairLists &, const std::vector<int> &ended);
-  std::vector<NeighborDensity> at_rest(const Coefficients &, bool takes) const;
+  void add_leaving(const PairLists &, const std::vector<int> &ended);
+  std::vector<NeighborDensity> at_rest(const std::vector<double> &to_be) const;
+  Others &of_later(int i, int j)
+  {
+    return others[batch(i) > batch(j) ? OF_LATER_ROW : OF_LATER_PARTNER];
+  }
+  static void add_pair(PairList &, int i, int j, double dlim, Error *);
+  static void remove_pair(PairList &, int i, int j);
+  std::vector<double> batches_to_be(bool takes) const;
   bool is_new(int i) const;
   bigint sum_of_partners() const;
-  double sum_of_reaches(const Coefficients &) const;
+  std::vector<double> reaches() const;
+  std::vector<VolumeScene::Exclusion> exclusions() const;
 };
 
 }    // namespace EVP

@@ -11,7 +11,7 @@ ROW = law.TABLE1._replace(xi_s=0.004)
 KV = 500.0
 BREAK = 0.3  # plastic strain at failure
 BONDS = "fix bonds all evp/bonds zone 1.1"  # the next neighbors are contacts, and some of them are pushed
-SPHERE = "p work slip bonds recorded rho0 G gap torn lost".split()
+SPHERE = "p work slip bonds recorded rho0 G gap torn lost batch".split()
 
 
 class Pairs(NamedTuple):
@@ -84,7 +84,8 @@ def read_pairs(path):
         if words[0] == "sphere":
             spheres[int(words[1])] = tuple(map(float, words[2:]))
             continue
-        kind = words.pop(0) if words[0] in found else "bond"
+        kind = words.pop(0) if not words[0].isdigit() else "bond"
+        kind = "bond" if kind == "joined" else kind
         key = tuple(sorted(map(int, words[:2])))
         assert len(words) == 3 and key not in found[kind], "a pair is there twice"
         found[kind][key] = float(words[2])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""memory_usage() tells what was allocated; neither steps nor neighbor builds allocate memory once the arrays have their size."""
+"""memory_usage() tells what was allocated; neither steps nor neighbor builds allocate memory once the arrays have their size; quiet steps ask no other rank."""
 
 import re
 
@@ -42,7 +42,7 @@ def test_reported_memory_is_the_memory_that_was_handed_out(tmp_path):
     assert bonds > 7 * len(x) and held < (found["pair, bonds from a file"] - found["pair"])[0] < 3.0 * held
 
 
-COUNTER = LMP.parent / "unit" / "count_allocations.so"  # tests/lammps/count_allocations.cpp
+COUNTERS = LMP.parent / "unit"  # tests/lammps/count_*.cpp
 DECK = """
 units lj
 atom_style sphere
@@ -69,19 +69,27 @@ OTHERS = "pair_style lj/cut 1.5\npair_coeff * * 1 1\n"
 
 
 @pytest.fixture()
-def allocations(tmp_path, monkeypatch):
-    """Counts those of a whole run."""
-    assert COUNTER.is_file(), f"no {COUNTER}: build the tests"
+def counted(tmp_path, monkeypatch):
+    """Runs a deck on one rank and returns the number of allocations or collectives of the whole run."""
 
-    def count(styles, steps, every=1, move="nve"):
+    def count(what, deck):
+        counter = COUNTERS / f"count_{what}.so"
+        assert counter.is_file(), f"no {counter}: build the tests"
         # the launcher in between is a program of its own, whose number LAMMPS' replaces
         with monkeypatch.context() as preloaded:
-            preloaded.setenv("LD_PRELOAD", str(COUNTER))
-            preloaded.setenv("EVP_COUNT_ALLOCATIONS", str(tmp_path / "allocations.txt"))
-            run_lammps(DECK.format(styles=styles, steps=steps, every=every, move=move, drift=2 if every == 1 else 0), 1, {}, tmp_path).ok()
-        return int((tmp_path / "allocations.txt").read_text())
+            preloaded.setenv("LD_PRELOAD", str(counter))
+            preloaded.setenv(f"EVP_COUNT_{what.upper()}", str(tmp_path / "count.txt"))
+            run_lammps(deck, 1, {}, tmp_path).ok()
+        return int((tmp_path / "count.txt").read_text())
 
     return count
+
+
+@pytest.fixture()
+def allocations(counted):
+    """Counts those of a whole run."""
+    return lambda styles, steps, every=1, move="nve": counted(
+        "allocations", DECK.format(styles=styles, steps=steps, every=every, move=move, drift=2 if every == 1 else 0))
 
 
 @pytest.mark.parametrize("every", [1, 1000000], ids=["with builds", "without"])
@@ -104,3 +112,39 @@ def test_the_counter_counts(allocations):
     styles = OTHERS + 'run {n} every 1 "compute c all pe" "uncompute c"\n'
     few, many = (allocations(styles.format(n=n), 1) for n in (10, 110))
     assert many - few >= 100
+
+
+QUIET_STEPS = """units si
+atom_style sphere
+atom_modify map yes
+lattice fcc 0.01
+region box block 0 4 0 4 0 4
+create_box 1 box
+create_atoms 1 box
+set group all diameter 0.00707 density 2700
+neighbor 0.0005 bin
+neigh_modify every 1000000 delay 0 check no
+pair_style evp/lj contact join plasticity isotropic break 0.3
+pair_coeff * * 80 8 4 3 8 4 0.005 0 1.5 flow 0 1 1 1.5
+fix bonds all evp/bonds
+fix volume all evp/volume 1000
+fix energy all evp/energy
+fix_modify bonds plastic_strain all 0.4
+{more}
+velocity all ramp vx -1 1 x 0 0.04
+fix move all nve
+timestep 2e-7
+thermo 1000000
+run {steps}
+"""
+
+
+def test_a_quiet_step_asks_no_other_rank(counted):
+    """No reduction over the ranks in 200 more steps in which no bond ends or begins, though all have failed: bonds end, join, volume, energy balance, limits.
+    Control: one in each step of a fix that asks."""
+    def more(lines):
+        few, many = (counted("collectives", QUIET_STEPS.format(more=lines, steps=steps)) for steps in (100, 300))
+        return many - few
+
+    assert more("") == 0
+    assert more("fix ask all ave/time 1 1 1 f_energy") == 200, "control"

@@ -55,14 +55,14 @@ struct Volume {
     const EVP::ParticleView view = {rows_of(x), nullptr, nullptr, (int) x.size()};
     densities.assign(2 * x.size(), 0.0);
     for (int of : {0, 1})
-      VolumePasses::add_densities(pairs[of], pairs[of].inv_deq, view, densities.data() + of);
+      VolumePasses::add_densities(pairs[of], pairs[of].inv_deq, view, {densities.data() + of, 2});
     pulls.assign(2 * x.size(), 0.0);
     double energy = 0.0;
     for (size_t i = 0; i < x.size(); i++) {
       const EVP::VolumeState state =
           law.state(3.0, references[i], {densities[2 * i], densities[2 * i + 1]});
       pulls[2 * i] = state.bonded;
-      pulls[2 * i + 1] = state.unbonded;
+      pulls[2 * i + 1] = state.pulling;
       energy += state.energy;
     }
     return energy;
@@ -73,7 +73,7 @@ struct Volume {
     Vectors f(cloud.x.size(), {0, 0, 0});
     evaluate(cloud.x);
     for (int of : {0, 1}) {
-      VolumePasses::Forces added(pairs[of].inv_deq.data(), pulls.data() + of);
+      VolumePasses::Forces added(pairs[of].inv_deq.data(), {pulls.data() + of, 2});
       accumulate_forces(pairs[of], {}, cloud.view(f, (int) cloud.x.size(), false), {&added});
     }
     return f;
@@ -115,7 +115,8 @@ TEST(VolumeEnergy, AParticleWithoutBondsHasNone)
   const EVP::VolumeState state = VolumeLaw().state(100.0, VolumeReference{}, {0.7, 0.1});
   EXPECT_EQ(state.energy, 0.0);
   EXPECT_EQ(state.bonded, 0.0);
-  EXPECT_EQ(state.unbonded, 0.0);
+  EXPECT_EQ(state.pulling, 0.0);
+  EXPECT_EQ(state.pushing, 0.0);
   EXPECT_EQ(state.stiffness.total, 0.0);
   EXPECT_EQ(state.strain, 0.0);
 }
@@ -159,12 +160,12 @@ TEST(VolumeEnergy, ThePullsAreTheSlopesOfTheEnergyAndNeverJump)
                                next = law.state(kv, reference, {bonded + step, unbonded}),
                                above = law.state(kv, reference, {bonded, unbonded + step});
         EXPECT_NEAR(now.bonded, -(energy(h, 0.0) - energy(-h, 0.0)) / (2.0 * h), 4e-6) << bonded;
-        EXPECT_NEAR(now.unbonded, -(energy(0.0, h) - energy(0.0, -h)) / (2.0 * h), 4e-6) << bonded;
+        EXPECT_NEAR(now.pulling, -(energy(0.0, h) - energy(0.0, -h)) / (2.0 * h), 4e-6) << bonded;
         const double most = 1.001 * step *
             (std::max(now.stiffness.total, next.stiffness.total) +
              std::max(now.stiffness.bonded, next.stiffness.bonded));
         EXPECT_LE(std::fabs(next.bonded - now.bonded), most) << bonded << " " << unbonded;
-        EXPECT_LE(std::fabs(above.unbonded - now.unbonded),
+        EXPECT_LE(std::fabs(above.pulling - now.pulling),
                   1.001 * step * kv / std::pow(reference.own.slope, 2));
       }
 }
@@ -175,10 +176,10 @@ TEST(VolumeEnergy, NewPairsOfTornParticlesOnlyPush)
   bool pulls = false;
   for (double bonded = 0.0; bonded < 3.0; bonded += 0.01)
     for (double unbonded = 0.0; unbonded < 3.0; unbonded += 0.01) {
-      const double torn = law.state(7.0, TORN, {bonded, unbonded}).unbonded;
+      const double torn = law.state(7.0, TORN, {bonded, unbonded}).pulling;
       EXPECT_LE(torn, 0.0);
       EXPECT_EQ(torn<0.0, bonded + unbonded> 1.7) << "denser than the interior at rest";
-      pulls = pulls || law.state(7.0, SURFACE, {bonded, unbonded}).unbonded > 0.0;
+      pulls = pulls || law.state(7.0, SURFACE, {bonded, unbonded}).pulling > 0.0;
     }
   EXPECT_TRUE(pulls) << "control";
 }
@@ -196,27 +197,66 @@ TEST(VolumeEnergy, BondsThatBreakLeaveWithoutAJump)
                                now = law.state(kv, left, after);
         EXPECT_NEAR(now.energy, then.energy, 1e-13) << bonded << " " << unbonded;
         EXPECT_NEAR(now.bonded, then.bonded, 1e-13) << bonded << " " << unbonded;
-        EXPECT_LE(now.unbonded, 0.0);
+        EXPECT_LE(now.pulling, 0.0);
         EXPECT_NEAR(left.own.rho + left.gap, reference.own.rho + reference.gap, 1e-14);
       }
 }
 
-TEST(VolumeEnergy, PairsThatJoinDoSoWithoutAJump)
+/// What is the same before and after an event, on a grid of densities at it.
+template <class F> void expect_no_jump(F &&event)
 {
   const VolumeLaw law;
-  const double kv = 7.0, share = 0.05;
-  for (VolumeReference reference : {INSIDE, SURFACE, TORN})
-    for (double bonded = 0.5; bonded < reference.own.rho + 1.0; bonded += 0.01)
-      for (const double unbonded : {0.05, 0.1, 0.4}) {
-        const EVP::DensityNow before = {bonded, unbonded},
-                              after = {bonded + share, unbonded - share};
-        const VolumeReference joined = VolumeLaw::with(reference, before, share);
-        const EVP::VolumeState then = law.state(kv, reference, before),
-                               now = law.state(kv, joined, after);
-        EXPECT_NEAR(now.energy, then.energy, 1e-13) << bonded << " " << unbonded;
-        EXPECT_NEAR(now.strain, then.strain, then.strain > 0.0 || reference.torn ? 1e-14 : share);
-        EXPECT_NEAR(joined.gap + joined.own.rho, reference.gap + reference.own.rho, 1e-15);
-      }
+  const double kv = 7.0;
+  for (const VolumeReference &reference : {INSIDE, SURFACE, TORN})
+    for (double bonded = 0.5; bonded < 1.5 * reference.own.rho; bonded += 0.01)
+      for (const double pulling : {0.06, 0.1, 0.4})
+        for (const double pushing : {0.0, 0.3}) {
+          const EVP::DensityNow before = {bonded, pulling, pushing};
+          const auto [left, after] = event(reference, before);
+          const EVP::VolumeState then = law.state(kv, reference, before),
+                                 now = law.state(kv, left, after);
+          EXPECT_NEAR(now.energy, then.energy, 1e-13) << bonded << " " << pulling;
+          EXPECT_NEAR(now.bonded, then.bonded, 1e-13) << bonded << " " << pulling;
+          EXPECT_NEAR(now.pushing, then.pushing, 1e-13) << bonded << " " << pulling;
+          if (then.strain > 0.0) { EXPECT_NEAR(now.strain, then.strain, 1e-14); }
+          EXPECT_NEAR(
+              left.own.rho + left.gap,
+              reference.own.rho + reference.gap +
+                  (after.bonded + after.pulling + after.pushing - bonded - pulling - pushing),
+              1e-14);
+        }
+}
+
+TEST(VolumeEnergy, AParticleIsTornOpenWithoutAJump)
+{
+  expect_no_jump([](const VolumeReference &reference, const EVP::DensityNow &now) {
+    const VolumeReference left = VolumeLaw::opened(reference, now);
+    EXPECT_LE(VolumeLaw().state(7.0, left, now).pulling, 0.0) << "its new pairs do not pull";
+    return std::pair(left, now);
+  });
+}
+
+TEST(VolumeEnergy, PairsBesideATornOneCeaseToPullWithoutAJump)
+{
+  constexpr double SHARE = 0.05;
+  bool pulls = false;
+  expect_no_jump([&](const VolumeReference &reference, const EVP::DensityNow &now) {
+    const VolumeReference left = VolumeLaw::beside_open(reference, now, SHARE);
+    const EVP::DensityNow after = {now.bonded, now.pulling - SHARE, now.pushing + SHARE};
+    pulls = pulls || VolumeLaw().state(7.0, left, after).pulling > 0.0;
+    EXPECT_LE(VolumeLaw().state(7.0, left, after).pushing, 0.0);
+    return std::pair(left, after);
+  });
+  EXPECT_TRUE(pulls) << "control: the others do";
+}
+
+TEST(VolumeEnergy, PairsThatWereThereBeforeCountWithoutAJump)
+{
+  constexpr double SHARE = 0.05;
+  expect_no_jump([](const VolumeReference &reference, const EVP::DensityNow &now) {
+    return std::pair(VolumeLaw::beside(reference, now, SHARE),
+                     EVP::DensityNow{now.bonded, now.pulling + SHARE, now.pushing});
+  });
 }
 
 TEST(VolumeEnergy, ForcesAreTheSlopeOfTheEnergy)
@@ -268,12 +308,38 @@ TEST(VolumeEnergy, ReactionsOfOthersAreLeftOut)
   const int nreact = 20;
   const EVP::ParticleView view = {rows_of(volume.cloud.x), nullptr, nullptr, nreact};
   std::vector<double> own(all.size(), 0.0), rows_only(all.size(), 0.0);
-  VolumePasses::add_densities(volume.pairs[0], volume.pairs[0].inv_deq, view, own.data());
+  VolumePasses::add_densities(volume.pairs[0], volume.pairs[0].inv_deq, view, {own.data(), 2});
   EVP::for_each_pair(volume.pairs[0], rows_of(volume.cloud.x), [&](const EVP::PlacedPair &p) {
     if (!p.is_past_cutoff()) rows_only[2 * p.i] += std::pow(1.0 - p.distance() * p.inv_deq, 2);
   });
   for (size_t k = 0; k < own.size(); k += 2)
     EXPECT_NEAR(own[k], k < 2 * nreact ? all[k] : rows_only[k], 1e-13);
+}
+
+TEST(VolumeEnergy, APairCountsForOneOfItsParticles)
+{
+  Volume volume;
+  const int n = (int) volume.cloud.x.size();
+  const EVP::ParticleView view = {rows_of(volume.cloud.x), nullptr, nullptr, n};
+  std::vector<double> both(n, 0.0), ends(n, 0.0), pulls(n, 0.5), of_row(n, 0.0);
+  const EVP::PairList &list = volume.pairs[0];
+  VolumePasses::add_densities(list, list.inv_deq, view, {both.data(), 1});
+  for (const auto end : {VolumePasses::ROW, VolumePasses::PARTNER})
+    VolumePasses::add_densities(list, list.inv_deq, view, {ends.data(), 1}, end);
+  VolumePasses::add_densities(list, list.inv_deq, view, {of_row.data(), 1}, VolumePasses::ROW);
+  for (int i = 0; i < n; i++) EXPECT_NEAR(ends[i], both[i], 1e-13);
+  EXPECT_NE(of_row, both) << "control";
+
+  const auto forces = [&](VolumePasses::Ends end) {
+    Vectors f(n, {0, 0, 0});
+    VolumePasses::Forces added(list.inv_deq.data(), {pulls.data(), 1}, end);
+    accumulate_forces(volume.pairs[0], {}, volume.cloud.view(f, n, false), {&added});
+    return f;
+  };
+  const Vectors whole = forces(VolumePasses::BOTH), row = forces(VolumePasses::ROW),
+                partner = forces(VolumePasses::PARTNER);
+  for (int i = 0; i < n; i++)
+    for (int c = 0; c < 3; c++) EXPECT_NEAR(row[i][c] + partner[i][c], whole[i][c], 1e-12);
 }
 
 // A chain of three along x, springs k, its middle with volume energy: K (x3 - x1)^2 v^2 / 2, of which one is held.
