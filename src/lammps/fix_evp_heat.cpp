@@ -8,6 +8,7 @@
 #include "user_input.h"
 
 #include "comm.h"
+#include "fix_neigh_history.h"
 #include "neigh_list.h"
 #include "pair.h"
 
@@ -180,6 +181,8 @@ void FixEVPHeat::setup(int /*vflag*/)
 {
   for (int i = 0; i < atom->nlocal; i++) through[i] = records[i].out;
   if (update->whichflag != 1) return;
+  find_rubs();
+  find_powers();
   find_links(pair_data->packed_pairs());
   const double step = every * update->dt;
   const bool is_near = step * eigenvalue_bound() > 2.0, is_first = !std::exchange(limit_told, true);
@@ -190,6 +193,12 @@ void FixEVPHeat::setup(int /*vflag*/)
                    "{:.6g}\n",
                    id, limit, every, update->dt, step);
   if (is_near && scene::makes_steps(lmp)) check_step(step);
+}
+
+void FixEVPHeat::initial_integrate(int /*vflag*/)
+{
+  step_time = update->dt;
+  add_friction();
 }
 
 // heat flow is that of one step: LAMMPS' styles add to it
@@ -207,7 +216,8 @@ void FixEVPHeat::end_of_step()
 {
   damping_time = 0.0;
   if (!std::exchange(stepping, false)) return;
-  for (Pair *const pair : granular) add_friction(pair);
+  find_powers();
+  add_friction();
   const int nlocal = atom->nlocal;
   double *const heatflow = atom->heatflow;
   if (others_pairs && !others_groupbits) {
@@ -218,7 +228,7 @@ void FixEVPHeat::end_of_step()
   for (int i = 0; i < nlocal; i++) {
     through[i] = records[i].out;
     if (heatflow[i] == 0.0 || (atom->mask[i] & others_groupbits)) continue;
-    const double energy = update->dt * heatflow[i];
+    const double energy = step_time * heatflow[i];
     records[i].waiting += energy;
     account[OF_OTHERS] += energy;
   }
@@ -228,36 +238,78 @@ void FixEVPHeat::end_of_step()
 void FixEVPHeat::find_friction()
 {
   granular.clear();
+  rubs.clear();
   for (int n = 1; Pair *const pair = force->pair_match("^gran", 0, n); n++) {
-    if (!granular.empty() && pair == granular.back()) break;    // the only one, whatever n
-    if (pair->single_enable && pair->single_extra >= 3) granular.push_back(pair);
+    if (!granular.empty() && pair == granular.back().pair) break;    // the only one, whatever n
+    if (!pair->single_enable || pair->single_extra < 4) continue;
+    granular.push_back({pair, nullptr, utils::strmatch(force->pair_match_ptr(pair), "^granular")});
+    for (Fix *const fix : modify->get_fix_list())
+      if (auto *const memory = dynamic_cast<FixNeighHistory *>(fix); memory && memory->pair == pair)
+        granular.back().memory = memory;
   }
 }
 
-// What tangential forces take in a step from spheres that touch, whose points of contact move past each other
-void FixEVPHeat::add_friction(Pair *pair)
+// The tangential forces that act, by single() at the velocities that they were found at. It moves what a pair that slips
+// remembers once more: that is put back
+void FixEVPHeat::find_rubs()
 {
-  const NeighList *const neighbors = pair->list;
+  rubs.clear();
   const int *const type = atom->type;
-  for (int ii = 0; ii < neighbors->inum; ii++) {
-    const int i = neighbors->ilist[ii];
-    for (int jj = 0; jj < neighbors->numneigh[i]; jj++) {
-      const int j = neighbors->firstneigh[i][jj] & NEIGHMASK;
-      const PairGeometry g(scene::rows(atom->x), i, j);
-      const double sum_radii = atom->radius[i] + atom->radius[j];
-      if (!(g.dsq < sum_radii * sum_radii)) continue;
-      double normal;
-      pair->single(i, j, type[i], type[j], g.dsq, 1.0, 1.0, normal);
-      const Vector along = g * (1.0 / std::sqrt(g.dsq)), friction(pair->svector);
-      const Vector spin =
-          Vector(atom->omega[i]) * atom->radius[i] + Vector(atom->omega[j]) * atom->radius[j];
-      const Vector turning(spin.y * along.z - spin.z * along.y, spin.z * along.x - spin.x * along.z,
-                           spin.x * along.y - spin.y * along.x);
-      const Vector past = Vector(atom->v[i]) - Vector(atom->v[j]) - turning;
-      add(i, j, j < atom->nlocal || force->newton_pair,
-          -update->dt * dot(friction, past - along * dot(past, along)));
+  Values remembered;
+  for (const auto &[pair, memory, shortens_arms] : granular) {
+    const NeighList *const neighbors = pair->list;
+    const int width = memory ? memory->get_dnum() : 0;
+    for (int ii = 0; ii < neighbors->inum; ii++) {
+      const int i = neighbors->ilist[ii];
+      for (int jj = 0; jj < neighbors->numneigh[i]; jj++) {
+        const int j = neighbors->firstneigh[i][jj] & NEIGHMASK;
+        const double weight = force->special_lj[neighbors->firstneigh[i][jj] >> SBBITS & 3];
+        const PairGeometry g(scene::rows(atom->x), i, j);
+        if (!(g.dsq < pair->cutsq[type[i]][type[j]]) || weight == 0.0) continue;
+        double *const values = memory ? memory->firstvalue[i] + (size_t) width * jj : nullptr;
+        remembered.assign(values, values + width);
+        double normal;
+        pair->single(i, j, type[i], type[j], g.dsq, 1.0, 1.0, normal);
+        std::copy(remembered.begin(), remembered.end(), values);
+        if (pair->svector[3] == 0.0) continue;
+        const double d = std::sqrt(g.dsq), radius_i = atom->radius[i], radius_j = atom->radius[j];
+        const double shorter = shortens_arms ? 0.5 * (radius_i + radius_j - d) : 0.0;
+        rubs.push_back({i, j, Vector(pair->svector) * weight, g * (1.0 / d), radius_i - shorter,
+                        radius_j - shorter, 0.0});
+      }
     }
   }
+}
+
+// Collective. What these forces take, by the velocities of a whole step, which ghosts do not have
+void FixEVPHeat::find_powers()
+{
+  if (granular.empty()) return;
+  constexpr int WIDTH = 6;
+  const int nlocal = atom->nlocal;
+  Values moving((size_t) WIDTH * (nlocal + atom->nghost), 0.0);
+  for (int i = 0; i < nlocal; i++) {
+    std::copy_n(atom->v[i], 3, &moving[(size_t) WIDTH * i]);
+    std::copy_n(atom->omega[i], 3, &moving[(size_t) WIDTH * i + 3]);
+  }
+  const int width = std::exchange(comm_forward, WIDTH);    // granular styles send more
+  forward_comm_velocities(moving);
+  comm_forward = width;
+  for (Rub &rub : rubs) {
+    const double *const of_i = &moving[(size_t) WIDTH * rub.i];
+    const double *const of_j = &moving[(size_t) WIDTH * rub.j];
+    const Vector spin = Vector(of_i + 3) * rub.arm_i + Vector(of_j + 3) * rub.arm_j, n = rub.along;
+    const Vector turning(spin.y * n.z - spin.z * n.y, spin.z * n.x - spin.x * n.z,
+                         spin.x * n.y - spin.y * n.x);
+    rub.power = -dot(rub.force, Vector(of_i) - Vector(of_j) - turning);
+  }
+}
+
+// What they take in half a step: that which they end, or begin
+void FixEVPHeat::add_friction()
+{
+  for (const Rub &rub : rubs)
+    add(rub.i, rub.j, rub.j < atom->nlocal || force->newton_pair, 0.5 * step_time * rub.power);
 }
 
 void FixEVPHeat::add_plastic(int i, double energy)
