@@ -56,3 +56,55 @@ def assert_closes(run):
     imbalance, of_work, waiting, stored = last(run)
     assert abs(imbalance) <= ACCOUNT * of_work and of_work > 100.0
     assert of_work == pytest.approx(waiting + stored, rel=ACCOUNT)
+
+
+GRANULAR = {  # pair style, row
+    "granular": ("granular", "granular hooke 1e6 0 tangential linear_history 3e5 0 0.3 damping velocity"),
+    "gran/hooke": ("gran/hooke 1e6 3e5 0 1e4 0.3 1", "gran/hooke"),
+    "gran/hooke/history": ("gran/hooke/history 1e6 3e5 0 0 0.3 1", "gran/hooke/history"),
+    "gran/hertz/history": ("gran/hertz/history 1e9 3e8 0 0 0.3 1", "gran/hertz/history"),
+    "jkr, rolling": ("granular", "granular jkr 1e9 0.3 0.3 10 tangential mindlin_rescale 3e8 0.5 0.3 rolling sds 3e5 10 0.2 twisting marshall damping velocity"),
+    "force": ("granular", "granular hertz 1e9 0.3 tangential mindlin/force 3e8 0.5 0.3 rolling sds 3e5 10 0.2 twisting sds 10 1 0.2 damping viscoelastic"),
+}
+
+
+def rubbing(style="granular", speed=2.0, across=0.0, apart=0.004, gap=0.001, spin=0.0, place=0.0, newton="on", dt=1e-6, steps=1000):
+    """Two spheres that meet at twice `speed` along x, pass each other at twice `across` and both turn; no normal damping."""
+    name, row = GRANULAR[style]
+    return f"""units si
+atom_style sphere
+atom_modify map yes
+newton {newton}
+boundary p p p
+processors * 1 1
+comm_modify vel yes
+region box block -0.05 0.05 -0.05 0.05 -0.05 0.05
+create_box 2 box
+create_atoms 1 single 0.0005 0 0
+create_atoms 2 single {-0.0095 - gap} {apart} 0
+set group all diameter 0.01
+set group all density 2700
+set group all omega 0 0 {spin}
+displace_atoms all move {place} 0 0 units box
+neighbor 0.0005 bin
+{PROPERTIES}set group all temperature 293
+pair_style hybrid evp/lj contact repulsive plasticity isotropic {name}
+pair_coeff * * evp/lj 365 8 4 30 8 4 0.002 0 1.5 density 2700 capacity 900
+pair_coeff 1 2 {row}
+fix bonds all evp/bonds within type
+fix heat all evp/heat every 10
+group one type 1
+group two type 2
+velocity one set {-speed} {across} 0
+velocity two set {speed} {-across} 0
+fix move all {"nve/sphere" if spin else "nve"}
+timestep {dt}
+compute turning all erotate/sphere
+""" + thermo("ke c_turning f_heat[1]") + f"thermo {steps}\nrun {steps}\nrun 0\n"
+
+
+def lost_and_heat(run):
+    """Of rubbing(), over the whole run: what the motion has lost, and the heat of work."""
+    table = run.thermo(0)
+    kinetic = table["KinEng"] + table["c_turning"]
+    return kinetic[0] - kinetic[-1], run.thermo(1)["f_heat[1]"][-1]

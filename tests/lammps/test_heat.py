@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from evp import law
 from flowing import largest_difference, read_pairs
-from heated import ACCOUNT, ENTRIES, JOIN, LAST, PROPERTIES, RATE, ROW, SOFTEN, TMELT, TREF, assert_closes, last, sheared
+from heated import ACCOUNT, ENTRIES, GRANULAR, JOIN, LAST, PROPERTIES, RATE, ROW, SOFTEN, TMELT, TREF, assert_closes, last, lost_and_heat, rubbing, sheared
 from hostile import PARTS, refused, scene
 from lammps_run import REFERENCE, run_lammps, write_data
 from small_bodies import dump, head, thermo, words
@@ -299,6 +299,59 @@ def test_heat_of_friction(lmp, tmp_path, history, newton, ranks):
     assert table["f_heat[1]"][-1] == pytest.approx(heat, rel=0.02) and heat > 1e-5
     end = run.dump("end.dump")[-1]["c_T"] - 300.0
     assert end[0] == pytest.approx(end[1], rel=1e-6) and end[0] > 0.0
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (3, "on")])
+def test_friction_is_the_kinetic_energy_that_is_lost(lmp_decks, ranks, newton):
+    """Of two spheres that meet obliquely, of such that nearly roll on each other, and by each style: the same heat in the middle, across a periodic boundary and
+    across MPI ranks. What is not heat is the error of the normal springs, of second order in dt."""
+    meet, roll = {"newton": newton}, {"speed": 0.25, "across": 3.9, "apart": 0.0005, "gap": 1e-5, "spin": 700.0, "newton": newton, "dt": 2.5e-7, "steps": 1200}
+    places = {"middle": 0.0, "boundary": 0.055, "ranks": 0.005, "three ranks": 0.0217}
+    decks = {("meet", name): rubbing(place=place, **meet) for name, place in places.items()}
+    decks.update({("roll", name): rubbing(place=place, **roll) for name, place in places.items()})
+    decks["meet", "short"] = rubbing(dt=2.5e-7, steps=4000, **meet)
+    decks.update({("slide", style): rubbing(style, across=3.9, spin=100.0, place=0.005, **meet) for style in ("gran/hooke", "gran/hooke/history", "gran/hertz/history")})
+    found = {name: lost_and_heat(run.ok()) for name, run in lmp_decks(decks, ranks).items()}
+    for (kind, place), (lost, heat) in found.items():
+        assert heat == pytest.approx(lost, rel=1e-3) and lost > 1e-6, (kind, place)
+        if (kind, "middle") in found and place != "short":
+            assert heat == pytest.approx(found[kind, "middle"][1], rel=1e-9), (kind, place)
+    lost, heat = found["meet", "short"]
+    assert heat == pytest.approx(lost, rel=5e-5)
+
+
+def two_bodies_that_rub(style, heat):
+    """They meet obliquely and turn, pairs of both by a granular style; heat: line of the fix, or none."""
+    name, row = GRANULAR[style]
+    return head("on", boundary="s s s", skin=0.0008, before="comm_modify vel yes") + f"""{PROPERTIES}set group all temperature 300
+pair_style hybrid evp/lj contact repulsive plasticity isotropic {name}
+pair_coeff * * evp/lj {words(law.TABLE1)} density 2700 conductivity 100 capacity 900
+pair_coeff 1 2 {row}
+fix bonds all evp/bonds within type
+group two type 2
+velocity two set -20 15 5
+set type 2 omega 300 -200 100
+fix move all nve/sphere
+timestep 3e-7
+{heat}
+{dump(every=150, columns="x y z vx vy vz fx fy fz omegax omegay omegaz tqx tqy tqz")}run 300
+run 150
+"""
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_the_fix_does_not_change_the_motion(lmp_decks, tmp_path, ranks):
+    """By any granular style, though pairs slip and single() of pair granular moves what these remember: bit by bit."""
+    rng = np.random.default_rng(3)
+    one = 0.0102 * np.stack(np.meshgrid(*[np.arange(3.0)] * 3, indexing="ij"), axis=-1).reshape(-1, 3) + rng.uniform(-2e-4, 2e-4, (27, 3))
+    write_data(tmp_path / "body.data", np.concatenate([one, one + [0.0302, 0.003, 0.002]]), [0.005] * 54, [[-0.02, 0.07]] * 3, [1] * 27 + [2] * 27)
+    decks = {(style, heat): two_bodies_that_rub(style, heat) for style in GRANULAR for heat in ("", "fix heat all evp/heat every 10\nthermo_style custom step f_heat[1]")}
+    wrote = {}
+    for (style, heat), run in lmp_decks(decks, ranks).items():
+        wrote[style, heat != ""] = (run.ok().folder / "all.dump").read_text(encoding="utf-8")
+        assert not heat or run.thermo()["f_heat[1]"][-1] > 1e-4, f"control: it rubs, {style}"
+    for style in GRANULAR:
+        assert wrote[style, True] == wrote[style, False], style
 
 
 @pytest.mark.parametrize("parts, texts", [
