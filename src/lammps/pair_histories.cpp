@@ -89,7 +89,7 @@ void PairHistories::share_limits()
   const auto heat = this->heat();
   for (int i = 0; i < lists.nlocal; i++) {
     const double p = records->sphere(i).p;
-    values[(size_t) 3 * i] = types.limit(atom->type[i])(p) * (heat ? heat->factor(i) : 1.0);
+    values[(size_t) 3 * i] = types.limit(atom->type[i])(p, heat ? heat->factor(i) : 1.0);
     values[(size_t) 3 * i + 1] = p;
   }
   exchange->forward_comm(values);
