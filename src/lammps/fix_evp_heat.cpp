@@ -111,6 +111,10 @@ void FixEVPHeat::init()
   stepping = false;
   is_packed = false;    // a run brings home what it has added; ghosts may be others since
   generated.clear();
+  if (update->whichflag == 2) {    // at rest nothing flows
+    since_limits = 0.0;
+    for (int i = 0; i < atom->nlocal; i++) records[i].rate = 0.0;
+  }
   // bonds that are there may hold too much: the first step sees to that, and to its work
   const auto bonds = scene::find_shared<BondStore>(modify, "evp/bonds", "bonds");
   if (!std::exchange(begun, true) && !bonds->has_recorded()) take_factors();

@@ -25,6 +25,7 @@ void PairHistories::begin_run(BondStore *records_in, PerAtomComm *exchange_in, b
   exchange = exchange_in;
   heat_ = scene::find_shared<Heat>(modify, "evp/heat", "heat");
   limits_due = heat_due = false;
+  starts = true;
   strains.clear();
   ends.strains = nullptr;
   begins.within = rules.join.within * rules.join.within;
@@ -32,21 +33,29 @@ void PairHistories::begin_run(BondStore *records_in, PerAtomComm *exchange_in, b
   every = scene::find_fix(modify, "nve/evp") ? 1 : EVERY;
 }
 
-// by the number of the step, so that neither neighbor builds nor MPI ranks nor restarts matter. Between runs temperatures
-// and plastic strains may have been set
+// Collective. Have temperatures, strain rates or plastic strains become others between runs?
+bool PairHistories::was_set() const
+{
+  const auto heat = this->heat();
+  return !records->given_strains.empty() || (heat && on_any(heat->factors_are_old(), world));
+}
+
+// by the number of the step, so that neither neighbor builds nor MPI ranks nor restarts matter
 void PairHistories::begin_step()
 {
   if (update->whichflag != 1) return;
   const auto heat = this->heat();
   heat_due = heat && heat->is_due();
-  const bool was_set = !records->given_strains.empty() ||
-      (heat && update->ntimestep == update->firststep + 1 &&
-       on_any(heat->factors_are_old(), world));
-  limits_due = rules.plastic && (update->ntimestep % every == 0 || heat_due || was_set);
+  const bool is_first = update->ntimestep == update->firststep + 1;
+  limits_due =
+      rules.plastic && (update->ntimestep % every == 0 || heat_due || (is_first && was_set()));
 }
 
+// in a minimization limits are held from its start on
 void PairHistories::begin_forces(PairWork *work)
 {
+  if (std::exchange(starts, false) && update->whichflag == 2)
+    limits_due = rules.plastic && was_set();
   if (std::exchange(heat_due, false)) {
     if (rules.has_history()) bring_sums_home();
     heat()->hand_out(lists);

@@ -159,6 +159,7 @@ class PairHistories : protected Pointers {
   // of own atoms and ghosts: plastic strains, where bonds end by them; with plasticity how far their bonds hold, see Limit
   std::vector<double> strains, limits;
   bool due = false, limits_due = false, heat_due = false, keeps_events = false;
+  bool starts = false;    // no forces of this run yet
   bigint jumps =
       0;    // pairs that joined far within the distance where they should, not told of yet
   bool jumps_told = false;
@@ -166,6 +167,7 @@ class PairHistories : protected Pointers {
 
   /// Does another row hold the pair too, which stands for both? Without newton, across MPI ranks or a periodic boundary.
   bool is_copy(int i, int j) const { return j >= lists.nreact && atom->tag[i] > atom->tag[j]; }
+  bool was_set() const;
   void bring_sums_home();
   void end_at(int i, int j, const Stored &held, PairWork *);
   void share_limits();
