@@ -10,6 +10,7 @@
 #include "comm.h"
 #include "fix_neigh_history.h"
 #include "neigh_list.h"
+#include "neighbor.h"
 #include "pair.h"
 
 #include <algorithm>
@@ -212,6 +213,7 @@ void FixEVPHeat::pre_force(int /*vflag*/)
   elapsed += update->dt;
   since_limits += update->dt;
   damping_time = update->dt;
+  if (neighbor->ago == 0) send_temperatures();
   if (!others_groupbits)
     std::fill_n(atom->heatflow, atom->nlocal + atom->nghost, 0.0);    // else fix heat/flow does
 }
@@ -327,6 +329,17 @@ void FixEVPHeat::note_packing(int nall)
 {
   generated.resize(nall, 0.0);    // all of them 0 where the list is another
   is_packed = true;
+}
+
+// Collective. To ghosts, whose temperatures pair styles of others read, whether fix property/atom sends them or not
+void FixEVPHeat::send_temperatures()
+{
+  if (!others_pairs) return;
+  Values sent((size_t) 2 * (atom->nlocal + atom->nghost), 0.0);
+  for (int i = 0; i < atom->nlocal; i++) sent[(size_t) 2 * i] = atom->temperature[i];
+  forward_comm(sent);
+  for (int i = atom->nlocal; i < atom->nlocal + atom->nghost; i++)
+    atom->temperature[i] = sent[(size_t) 2 * i];
 }
 
 void FixEVPHeat::bring_home()
@@ -497,7 +510,7 @@ void FixEVPHeat::hand_out(const PairLists &lists)
     now.take(energy, row, mass);
     account[STORED] +=
         mass * row.capacity * (now.temperature - before.temperature) + now.latent - before.latent;
-    atom->temperature[i] = shared[(size_t) 2 * i + 1] = now.temperature;
+    atom->temperature[i] = now.temperature;
     records[i].latent = now.latent;
     if (!(now.temperature >= 0.0 && std::isfinite(now.temperature)))
       error->one(
@@ -506,9 +519,7 @@ void FixEVPHeat::hand_out(const PairLists &lists)
           "other styles than it has, or forces are not finite",
           who, atom->tag[i], now.temperature, update->ntimestep);
   }
-  if (!others_pairs) return;
-  forward_comm(shared);
-  for (int i = atom->nlocal; i < lists.nall; i++) atom->temperature[i] = shared[(size_t) 2 * i + 1];
+  send_temperatures();
 }
 
 // Collective

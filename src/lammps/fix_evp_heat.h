@@ -41,6 +41,7 @@ class FixEVPHeat :
     return INITIAL_INTEGRATE | PRE_FORCE | POST_FORCE | END_OF_STEP;
   }
   void init() override;
+  void setup_pre_force(int) override { send_temperatures(); }
   void setup(int) override;
   void initial_integrate(int) override;
   void pre_force(int) override;
@@ -146,6 +147,7 @@ class FixEVPHeat :
   }
   bool is_free(int i) const { return atom->mask[i] & groupbit; }
   void check_atoms() const;
+  void send_temperatures();
   void find_friction();
   void find_rubs();
   void find_powers();
