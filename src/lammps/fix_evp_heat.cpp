@@ -50,6 +50,7 @@ FixEVPHeat::FixEVPHeat(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp, nar
   peratom_flag = peratom_freq = 1;
   size_peratom_cols = 0;
   keep_records();
+  takes_new = true;
   atom->add_callback(Atom::GROW);
   atom->add_callback(Atom::RESTART);
 }
@@ -106,7 +107,8 @@ void FixEVPHeat::init()
   others_groupbits = 0;
   for (const Fix *other : modify->get_fix_list())
     if (utils::strmatch(other->style, "^heat/flow")) others_groupbits |= other->groupbit;
-  check_atoms();
+  const auto bonds = scene::find_shared<BondStore>(modify, "evp/bonds", "bonds");
+  check_atoms(*bonds);
   find_friction();
   damping_time = bound_seen = 0.0;
   stepping = false;
@@ -117,13 +119,13 @@ void FixEVPHeat::init()
     for (int i = 0; i < atom->nlocal; i++) records[i].rate = 0.0;
   }
   // bonds that are there may hold too much: the first step sees to that, and to its work
-  const auto bonds = scene::find_shared<BondStore>(modify, "evp/bonds", "bonds");
   if (!std::exchange(begun, true) && !bonds->has_recorded()) take_factors();
   report_unlike_types();
 }
 
-// by the smallest ID, so that any number of MPI ranks says the same
-void FixEVPHeat::check_atoms() const
+// by the smallest ID, so that any number of MPI ranks says the same. Atoms that came after the recording may get a temperature
+// from their bonds, see warm_new_atoms()
+void FixEVPHeat::check_atoms(const BondStore &bonds) const
 {
   enum { TEMPERATURE, TWICE, ROW, N };
   std::array<tagint, N> first;
@@ -133,17 +135,21 @@ void FixEVPHeat::check_atoms() const
     const auto note = [&](int what) {
       first[what] = std::min(first[what], atom->tag[i]);
     };
-    if (!(atom->temperature[i] >= 0.0 && std::isfinite(atom->temperature[i]))) note(TEMPERATURE);
+    const double temperature = atom->temperature[i];
+    const bool has_none = temperature == 0.0 && bonds.has_recorded() && bonds.is_new(i);
+    if (!(temperature > 0.0 && std::isfinite(temperature)) && !has_none) note(TEMPERATURE);
     if (is_free(i) && (atom->mask[i] & others_groupbits)) note(TWICE);
     if ((is_free(i) && row.capacity == 0.0) || (row.conductivity > 0.0 && row.density == 0.0))
       note(ROW);
   }
   first = reduce_all(first, MPI_MIN, world);
   if (first[TEMPERATURE] < MAXTAGINT)
-    error->all(FLERR,
-               "{}: the temperature of atom {} is negative or not finite: use 'set ... "
-               "temperature T' with a temperature of 0 or more",
-               who, first[TEMPERATURE]);
+    error->all(
+        FLERR,
+        "{}: the temperature of atom {} is not set (zero), negative or not finite: use 'set ... "
+        "temperature T' with a positive T before the run; after read_restart define fix "
+        "property/atom first, with the ID that it had",
+        who, first[TEMPERATURE]);
   if (first[TWICE] < MAXTAGINT)
     error->all(FLERR,
                "{}: atom {} is of a fix heat/flow too, which would warm it a second time: leave "
@@ -325,10 +331,11 @@ void FixEVPHeat::add_plastic(int i, double energy)
   account[OF_WORK] += heat;
 }
 
-void FixEVPHeat::note_packing(int nall)
+void FixEVPHeat::note_packing(const PairLists &lists)
 {
-  generated.resize(nall, 0.0);    // all of them 0 where the list is another
+  generated.resize(lists.nall, 0.0);    // all of them 0 where the list is another
   is_packed = true;
+  warm_new_atoms(lists);
 }
 
 // Collective. To ghosts, whose temperatures pair styles of others read, whether fix property/atom sends them or not
@@ -340,6 +347,68 @@ void FixEVPHeat::send_temperatures()
   forward_comm(sent);
   for (int i = atom->nlocal; i < atom->nlocal + atom->nghost; i++)
     atom->temperature[i] = sent[(size_t) 2 * i];
+}
+
+// Does the command that makes atoms give them temperatures, which LAMMPS sets first?
+bool FixEVPHeat::reads_temperatures() const
+{
+  const Input *const input = lmp->input;
+  if (!input->command || strcmp(input->command, "read_data") != 0) return false;
+  for (int k = 0; k + 1 < input->narg; k++) {
+    const Fix *const fix =
+        strcmp(input->arg[k], "fix") == 0 ? modify->get_fix_by_id(input->arg[k + 1]) : nullptr;
+    if (fix && utils::strmatch(fix->style, "^property/atom")) return true;
+  }
+  return false;
+}
+
+// Collective. Atoms that came without a temperature get the mean of the atoms that they are bonded to; where these have none
+// either, from the next ones inwards
+void FixEVPHeat::warm_new_atoms(const PairLists &lists)
+{
+  double *const temperature = atom->temperature;
+  const auto first_without = [&] {
+    tagint first = MAXTAGINT;
+    for (int i = 0; i < lists.nlocal; i++)
+      if (temperature[i] == 0.0) first = std::min(first, atom->tag[i]);
+    return reduce_all(first, MPI_MIN, world);
+  };
+  tagint without = first_without();
+  if (without == MAXTAGINT) return;
+  Values known((size_t) 2 * lists.nall), sums, counts;
+  for (bool any = true; any && without < MAXTAGINT; without = first_without()) {
+    for (int i = 0; i < lists.nlocal; i++) known[(size_t) 2 * i] = temperature[i];
+    forward_comm(known);
+    sums.assign(lists.nall, 0.0);
+    counts.assign(lists.nall, 0.0);
+    const auto give = [&](int from, int to) {
+      if (known[(size_t) 2 * to] > 0.0 || known[(size_t) 2 * from] == 0.0) return;
+      sums[to] += known[(size_t) 2 * from];
+      counts[to] += 1.0;
+    };
+    for_each_pair(lists.bonds, scene::rows(atom->x), [&](const PlacedPair &p) {
+      give(p.j, p.i);
+      if (p.j < lists.nreact) give(p.i, p.j);
+    });
+    reverse_comm(sums);
+    reverse_comm(counts);
+    any = false;
+    for (int i = 0; i < lists.nlocal; i++) {
+      if (counts[i] == 0.0) continue;
+      temperature[i] = sums[i] / counts[i];
+      records[i].factor = factor_now(i);
+      any = true;
+    }
+    any = on_any(any, world);
+  }
+  if (without < MAXTAGINT)
+    error->all(
+        FLERR,
+        "{}: atom {} came without a temperature, and has no bond to an atom that has one: use "
+        "'set ... temperature T' after it was created, or the keyword 'new yes' of fix "
+        "evp/bonds and place it where it is bonded",
+        who, without);
+  send_temperatures();
 }
 
 void FixEVPHeat::bring_home()

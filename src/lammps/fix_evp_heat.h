@@ -61,6 +61,8 @@ class FixEVPHeat :
   {
     records[i] = {0.0, 0.0, 1.0, -1.0, 0.0, 0.0};
     through[i] = 0.0;
+    // what a deleted atom or a ghost had is there
+    if (takes_new && atom->temperature && !reads_temperatures()) atom->temperature[i] = 0.0;
   }
   int unpack_exchange(int, double *) override;
   double memory_usage() override;
@@ -74,7 +76,7 @@ class FixEVPHeat :
 
   // what the pairs call, see EVP::Heat
   void add_plastic(int i, double energy) override;
-  void note_packing(int nall) override;
+  void note_packing(const EVP::PairLists &) override;
   void bring_home() override;
   bool is_due() const override { return update->ntimestep % every == 0; }
   void hand_out(const EVP::PairLists &) override;
@@ -115,6 +117,7 @@ class FixEVPHeat :
                                    }};    // for the pairs, gone with the fix
   EVP::PairData *pair_data = nullptr;
   std::vector<EVP::Row> rows;    // by type
+  bool takes_new = false;        // atoms that were not there when the fix was defined
   bool begun = false;            // softening follows temperatures
   std::vector<Granular> granular;
   std::vector<Rub> rubs;        // by the forces of now
@@ -146,8 +149,10 @@ class FixEVPHeat :
     return EVP::softening(row, atom->temperature[i]) * EVP::hardening_by_rate(row, records[i].rate);
   }
   bool is_free(int i) const { return atom->mask[i] & groupbit; }
-  void check_atoms() const;
+  void check_atoms(const EVP::BondStore &) const;
+  bool reads_temperatures() const;
   void send_temperatures();
+  void warm_new_atoms(const EVP::PairLists &);
   void find_friction();
   void find_rubs();
   void find_powers();

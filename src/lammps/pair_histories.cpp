@@ -67,7 +67,7 @@ void PairHistories::note_packing()
 {
   ends.clear();
   begins.clear();
-  if (const auto heat = this->heat()) heat->note_packing(lists.nall);
+  if (const auto heat = this->heat()) heat->note_packing(lists);
   if (!rules.has_history()) return;
   sums.reset(lists.nall);
   if (!rules.plastic) return;

@@ -361,7 +361,7 @@ def test_the_fix_does_not_change_the_motion(lmp_decks, tmp_path, ranks):
     ({"coeff": PARTS["coeff"] + " conductivity 100 density 2700"}, ["the row of the type of atom 1 lacks", "capacity CP"]),
     ({"coeff": PARTS["coeff"] + " conductivity 100 capacity 900"}, ["the row of the type of atom 1 lacks", "density RHO"]),
     ({"box": PARTS["box"]}, ["needs atoms with a temperature and a heat flow", "property/atom temperature heatflow"]),
-    ({"box": HEAT["box"] + "\nvariable odd atom 300*exp(1000*(id==3))\nset group all temperature v_odd"}, ["the temperature of atom 3 is negative or not finite"]),
+    ({"box": HEAT["box"] + "\nvariable odd atom 300*exp(1000*(id==3))\nset group all temperature v_odd"}, ["the temperature of atom 3 is not set (zero), negative or not finite"]),
     ({"fix": "fix heat all evp/heat", "thermo": ""}, ["needs fix evp/bonds"]),
     ({"fix": HEAT["fix"] + "\nfix more all evp/heat"}, ["fix heat is of this style too"]),
     ({"fix": HEAT["fix"] + "\nfix flow all heat/flow constant 900"}, ["atom 1 is of a fix heat/flow too"]),
@@ -393,6 +393,130 @@ def test_temperatures_that_are_set_are_not_in_the_account(lmp):
         table = run.thermo(block)
         assert np.abs(table["f_heat"]).max() < 1e-9 and np.abs(table["f_heat[5]"]).max() < 1e-9
     assert run.thermo(0)["f_heat[6]"][-1] > 899.0
+
+
+# ---- atoms that come later ----
+
+
+def plate(newton="on", temperature="set group all temperature 300\nset region hot temperature 600", new="new yes", soften="soften 293 900 1", start="", more=""):
+    """Two layers of a periodic plate, one half at 300 K and one at 600 K; start: a restart file in place of it."""
+    made = f"""lattice fcc 0.01
+region box block 0 6 0 3 -1 4
+create_box 1 box
+region bar block 0 5.99 0 2.99 0 0.6
+create_atoms 1 region bar
+set group all diameter 0.00707
+set group all density 3650
+region hot block 3 6 0 3 0 1.1
+"""
+    return f"""units si
+atom_style sphere
+atom_modify map yes
+newton {newton}
+{"" if start else "boundary p p f"}
+{f"read_restart {start}" if start else made}
+neighbor 0.0005 bin
+fix temperature all property/atom temperature heatflow ghost yes
+{"" if start else temperature}
+pair_style evp/lj contact join 1.2 plasticity isotropic
+pair_coeff * * 365 8 4 30 8 4 0.002 0 1.5 density 2700 conductivity 237 capacity 900 {soften}
+fix bonds all evp/bonds {new}
+fix heat all evp/heat every 10
+compute T all property/atom temperature
+timestep 1e-6
+""" + more
+
+
+LAYER = """lattice fcc 0.01
+region layer block 0 5.99 0 2.99 0.9 1.6
+create_atoms 1 region layer
+set group all diameter 0.00707
+set group all density 3650
+"""
+STATE = "write_evp_bonds end.bonds\nwrite_dump all custom end.dump id c_T x y z modify sort id format float %.17g\n"
+
+
+def means_of_neighbors(x, old, length):
+    """Temperatures of two layers of new spheres, by the distances alone: the lower one first, of the plate, then the upper one, of the lower."""
+    known = np.append(old, np.full(len(x) - len(old), np.nan))
+    while np.any(np.isnan(known)):
+        had = known.copy()
+        for i in np.flatnonzero(np.isnan(had)):
+            r = x - x[i]
+            r[:, :2] -= length * np.round(r[:, :2] / length)
+            near = (np.linalg.norm(r, axis=1) < 1.5 * 0.00707) & ~np.isnan(had)
+            if np.any(near):
+                known[i] = np.mean(had[near])
+    return known
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (3, "on")])
+def test_new_atoms_have_the_temperature_of_what_they_are_bonded_to(lmp, ranks, newton):
+    """Layer by layer, also where a restart file lies between, and after others were deleted, whose places in the arrays they take; a limit that has softened. One
+    that is given stays, by set and by a data file."""
+    come = "run 0\n" + LAYER
+    more = {"plain": come + "run 0\n" + STATE,
+            "deleted": "run 0\ngroup gone id 1\ndelete_atoms group gone compress no\nwrite_restart more.rst\n" + LAYER + "run 0\n" + STATE,
+            "given": come + "set region layer temperature 450\nrun 0\n" + STATE,
+            "restart": come + "write_restart state.rst\n"}
+    found = {}
+    for name, text in more.items():
+        run = lmp(plate(newton, more=text), ranks).ok()
+        if name == "restart":
+            run = lmp(plate(newton, start="state.rst", more="run 0\n" + STATE), 1 + ranks % 3).ok()
+        found[name] = run.dump("end.dump")[-1]
+    end = found["plain"]
+    n = int(np.sum(end["z"] < 0.0055))
+    assert set(end["c_T"][:n]) == {300.0, 600.0} and len(end["id"]) > n + 20
+    assert end["c_T"] == pytest.approx(means_of_neighbors(end.x, end["c_T"][:n], np.array([0.06, 0.03])), rel=1e-12)
+    assert found["restart"]["c_T"] == pytest.approx(end["c_T"], rel=1e-12)
+    assert np.all(found["given"]["c_T"][n:] == 450.0) and np.all(found["given"]["c_T"][:n] == end["c_T"][:n])
+    assert set(found["deleted"]["c_T"][: n - 1]) == {300.0, 600.0} and found["deleted"]["c_T"].min() == 300.0
+
+
+def test_a_data_file_gives_temperatures_to_new_atoms(lmp):
+    """Its section of fix property/atom, which LAMMPS reads before it tells fixes of the atoms."""
+    lmp(plate(more="run 0\nset group all temperature 450\nwrite_data plate.data nocoeff\n")).ok()
+    add = "read_data plate.data add append shift 0 0 0.012 fix temperature NULL temperature\n"
+    end = lmp(plate(more="run 0\n" + add + "run 0\n" + STATE), 2).ok().dump("end.dump")[-1]
+    old = len(end["id"]) // 2
+    assert np.all(end["c_T"][old:] == 450.0) and set(end["c_T"][:old]) == {300.0, 600.0}
+
+
+@pytest.mark.parametrize("ranks", [1, 3])
+def test_atoms_that_come_during_a_run(lmp, tmp_path, ranks):
+    """By fix deposit, onto the hot half; the account of heat has nothing of it."""
+    (tmp_path / "ball.mol").write_text("# one\n\n1 atoms\n\nCoords\n\n1 0 0 0\n\nTypes\n\n1 1\n\nDiameters\n\n1 0.00707\n\nMasses\n\n1 6.754e-4\n", encoding="utf-8")
+    deposit = """molecule ball ball.mol
+region drop block 0.0400001 0.0400002 0.0150001 0.0150002 0.0118 0.0119 units box
+fix drops all deposit 1 0 20 4711 region drop mol ball id next
+fix move all nve/noforce
+thermo 10
+"""
+    run = lmp(plate(more=deposit + thermo("atoms f_bonds f_heat f_heat[4]") + "run 40\n" + STATE), ranks).ok()
+    end = run.dump("end.dump")[-1]
+    assert end["c_T"][-1] == pytest.approx(600.0, abs=0.1) and end["id"][-1] == len(end["id"]) == run.thermo()["Atoms"][-1]
+    assert run.thermo()["f_bonds"][-1] > run.thermo()["f_bonds"][0] and abs(run.thermo()["f_heat"][-1]) < 1e-9
+
+
+@pytest.mark.parametrize("ranks", [1, 3])
+@pytest.mark.parametrize("choices, text, said", [
+    ({"temperature": ""}, "run 0\n", ["the temperature of atom 1 is not set (zero)", "use 'set ... temperature T'", "after read_restart"]),
+    ({"temperature": "set region hot temperature 600"}, "minimize 0 1e-9 5 5\n", ["the temperature of atom 1 is not set (zero)"]),
+    ({"new": "new no"}, "run 0\n" + LAYER + "run 0\n", ["came without a temperature", "use 'set ... temperature T' after it was created", "'new yes'"]),
+    ({}, "run 0\n" + LAYER + "group new region layer\ndisplace_atoms new move 0 0 0.015 units box\nminimize 0 1e-9 5 5\n",
+     ["came without a temperature", "no bond to an atom that has one"]),
+], ids=["none", "some", "new no", "too far"])
+def test_temperatures_that_nobody_gave(lmp, ranks, choices, text, said):
+    run = lmp(plate(**choices, more=text), ranks)
+    assert run.returncode == 1 and all(one in " ".join(run.stdout.split()) for one in said), run.stdout[-2000:]
+
+
+def test_temperatures_that_a_restart_lost(lmp):
+    """Fix property/atom with another ID knows nothing of them."""
+    lmp(plate(more="run 0\nwrite_restart state.rst\n"), 2).ok()
+    lost = plate(start="state.rst", more="run 0\n").replace("fix temperature all", "fix other all")
+    refused(lmp(lost, 2), "the temperature of atom 1 is not set (zero)", "after read_restart define fix property/atom first, with the ID that it had")
 
 
 # ---- what goes, comes late, or is not a run ----
