@@ -216,6 +216,72 @@ def test_stress_grows_with_the_rate(lmp):
     assert again["f_tau"][-1] == pytest.approx(tau["rate 0.05 1"], rel=1e-6)
 
 
+def stretched(row, newton="on", more="", speed=2.0, steps=500, dt=1e-6):
+    """A bond, between MPI ranks where there are two, that is stretched fast and then stopped."""
+    return f"""units si
+atom_style sphere
+atom_modify map yes
+newton {newton}
+boundary f f f
+processors * 1 1
+region box block -0.05 0.05 -0.05 0.05 -0.05 0.05
+create_box 1 box
+create_atoms 1 single -0.005 0 0
+create_atoms 1 single 0.005 0 0
+set group all diameter 0.01
+set group all density 2700
+neighbor 0.0006 bin
+{PROPERTIES}set group all temperature 293
+pair_style evp/lj contact repulsive plasticity isotropic
+pair_coeff * * 80 8 4 3 8 4 {row} density 2700 capacity 900
+fix bonds all evp/bonds
+fix heat all evp/heat every 10
+group moved id 2
+fix move all nve/noforce
+timestep {dt}
+velocity moved set {speed} 0 0
+compute pair all pair/local p2 force
+compute stretch all reduce max c_pair[1] inputs local
+compute pull all reduce sum c_pair[2] inputs local
+""" + thermo("c_pull c_stretch f_heat f_heat[1] f_heat[4]") + f"thermo {steps}\nrun {steps}\nvelocity all set 0 0 0\n{more}"
+
+
+REST = {"run": "run 3000 post no\nrun 0\n", "min": "fix hold all setforce 0 0 0\nminimize 0 1e-9 100 100\nunfix hold\nrun 0\n"}
+REST["minrun"] = REST["min"] + REST["run"]
+CHANGES = {  # what makes limits fall at rest: row, lines, how far bonds hold then
+    "rate": ("0.005 0 1.5 flow 0 1 1 1 rate 0.1 1", "", 0.005),
+    "temperature": ("0.005 0 1.5 flow 0 1 1 1 soften 293 775 1", "set group all temperature 534\n", 0.0025),
+    "plastic strain": ("0.005 0 1.5 flow 0 1 1 0.6 2 0.6", "fix_modify bonds plastic_strain all 1\n", 0.003),
+}
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (3, "on")])
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_minimization_has_the_limits_of_rest(lmp_decks, change, ranks, newton):
+    """As a run of the body that is held has in the end, and a run behind it changes nothing: no strain rate, the temperatures and plastic strains of now; the same heat of
+    the energy that bonds give up."""
+    row, lines, strain = CHANGES[change]
+    runs = {way: run.ok() for way, run in lmp_decks({way: stretched(row, newton, lines + rest) for way, rest in REST.items()}, ranks).items()}
+    force, heat = ({way: run.thermo()[name][-1] for way, run in runs.items()} for name in ("c_pull", "f_heat[1]"))
+    wanted = 80.0 * 8.0 * ((1.0 + strain) ** -4 - (1.0 + strain) ** -8) / 0.011  # of the first regime, at d = 0.011
+    assert force["run"] == pytest.approx(-wanted, rel=1e-3) and runs["run"].thermo(0)["c_pull"][-1] < -1.3 * wanted
+    force["in it"] = runs["min"].thermo(1)["c_pull"][-1]
+    assert force["min"] == pytest.approx(force["run"], rel=1e-4), "but for what the heat softens"
+    assert [force["in it"], force["minrun"]] == pytest.approx([force["min"]] * 2, rel=1e-4 if change == "temperature" else 1e-9)
+    assert heat["min"] == pytest.approx(heat["run"], rel=1e-4) and heat["minrun"] == pytest.approx(heat["min"], rel=1e-4)
+    assert heat["min"] > 1.001 * runs["min"].thermo(0)["f_heat[1]"][-1] > 0.0
+
+
+def test_a_limit_stays_below_the_strongest_strain(lmp_decks):
+    """Whatever the rate: beyond it a bond that is stretched further holds with less and gives back what flow should take."""
+    strongest = 2.0**0.25 - 1.0
+    rows = {"far above": "0.15 0 1.5 flow 0 1 1 1 rate 0.1 1", "just above": "0.15 0 1.5 rate 0.05 1", "below": "0.15 0 1.5 flow 0 1 1 1 rate 0.001 1"}
+    runs = lmp_decks({name: stretched(row, speed=20.0, steps=2000, dt=1e-7) for name, row in rows.items()}, 2)
+    found = {name: run.ok().thermo(0)["c_stretch"][-1] for name, run in runs.items()}
+    assert found["far above"] == pytest.approx(strongest, rel=1e-9) and found["just above"] == pytest.approx(strongest, rel=1e-9)
+    assert 0.15 < found["below"] < 0.153
+
+
 def test_a_temperature_that_is_set_between_runs(lmp):
     """Bonds beyond their limits of now are returned: the energies close, and stress falls with the limit."""
     text = sheared(more="compute press all pressure NULL pair fix\nfix tau all ave/time 5 60 300 c_press[4]")
@@ -262,6 +328,61 @@ compute sum all reduce sum c_flow""", step="timestep 1e-5", thermo=thermo(f"c_hi
     table = run.thermo()
     assert table["f_heat[2]"][-1] == pytest.approx(1e-5 * np.sum(table["c_sum"][1:]), rel=1e-9) and table["f_heat[2]"][-1] > 0.0
     assert np.abs(table["f_heat"]).max() <= 1e-9 * table["f_heat[2]"][-1] and table["c_high"][-1] > 300.0
+
+
+def hot_on_cold(ghost, newton, first="evp/lj", more=""):
+    """A plate at 593 K slides on one at 293 K, and heats it by pair granular; first: sub-style of the two."""
+    styles = ["evp/lj contact repulsive plasticity isotropic", "granular"]
+    return f"""units si
+atom_style sphere
+atom_modify map yes
+newton {newton}
+boundary p p f
+lattice fcc 0.01
+region box block 0 4 0 4 -1 4
+create_box 2 box
+region lower block 0 3.99 0 3.99 0 0.6
+create_atoms 1 region lower
+region upper block 0 3.99 0 3.99 1.1 1.8
+create_atoms 2 region upper
+set group all diameter 0.00707
+set group all density 3650
+group lower type 1
+group upper type 2
+displace_atoms upper move 0 0 -0.0035 units box
+neighbor 0.0005 bin
+comm_modify vel yes
+fix temperature all property/atom temperature heatflow {ghost}
+set type 1 temperature 293
+set type 2 temperature 593
+pair_style hybrid {" ".join(styles if first == "evp/lj" else styles[::-1])}
+pair_coeff * * evp/lj 365 8 4 30 8 4 0.002 0 1.5 density 2700 conductivity 237 capacity 900
+pair_coeff 1 2 granular hertz/material 1e9 0 0.3 tangential linear_nohistory 0 0 damping velocity heat area 2000
+fix bonds all evp/bonds within type
+fix heat all evp/heat every 50
+compute t all property/atom temperature
+compute below lower reduce ave c_t
+compute above upper reduce ave c_t
+velocity upper set 0.03 0.013 0 units box
+fix slide upper nve/noforce
+timestep 0.002
+thermo 120
+""" + thermo("c_below c_above f_heat f_heat[2]") + more
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "off"), (2, "off"), (3, "on"), (3, "off")])
+def test_ghosts_have_the_temperatures_of_their_atoms(lmp, lmp_decks, ranks, newton):
+    """As pair granular reads them, whether fix property/atom sends them or not, also of temperatures that are set between runs."""
+    way = "run 120\nset type 1 temperature 400\nrun 120\n"
+    right = lmp(hot_on_cold("ghost yes", "on", more=way)).ok()
+    decks = {(ghost, first): hot_on_cold(ghost, newton, first, way) for ghost in ("", "ghost yes") for first in ("evp/lj", "granular")}
+    for name, run in lmp_decks(decks, ranks).items():
+        for block in (0, 1):
+            table, wanted = run.ok().thermo(block), right.thermo(block)
+            assert abs(table["f_heat[2]"][-1]) < 1e-9, "what one plate loses the other takes"
+            for column in ("c_below", "c_above"):
+                assert table[column][-1] == pytest.approx(wanted[column][-1], abs=1e-6 if name[1] == "evp/lj" else 1e-2), (name, block, column)
+    assert right.thermo(0)["c_below"][-1] > 293.05
 
 
 SLIDING = """fix properties all property/atom temperature heatflow ghost yes
