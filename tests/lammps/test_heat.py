@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from evp import law
 from flowing import largest_difference, read_pairs
-from heated import ACCOUNT, ENTRIES, GRANULAR, JOIN, LAST, PROPERTIES, RATE, ROW, SOFTEN, TMELT, TREF, assert_closes, last, lost_and_heat, rubbing, sheared
+from heated import ACCOUNT, ENTRIES, GRANULAR, JOIN, LAST, LAYER, PROPERTIES, RATE, ROW, SOFTEN, TMELT, TREF, assert_closes, hot_on_cold, last, lost_and_heat, plate, rubbing, sheared, stretched
 from hostile import PARTS, refused, scene
 from lammps_run import REFERENCE, run_lammps, write_data
 from small_bodies import dump, head, thermo, words
@@ -216,36 +216,6 @@ def test_stress_grows_with_the_rate(lmp):
     assert again["f_tau"][-1] == pytest.approx(tau["rate 0.05 1"], rel=1e-6)
 
 
-def stretched(row, newton="on", more="", speed=2.0, steps=500, dt=1e-6):
-    """A bond, between MPI ranks where there are two, that is stretched fast and then stopped."""
-    return f"""units si
-atom_style sphere
-atom_modify map yes
-newton {newton}
-boundary f f f
-processors * 1 1
-region box block -0.05 0.05 -0.05 0.05 -0.05 0.05
-create_box 1 box
-create_atoms 1 single -0.005 0 0
-create_atoms 1 single 0.005 0 0
-set group all diameter 0.01
-set group all density 2700
-neighbor 0.0006 bin
-{PROPERTIES}set group all temperature 293
-pair_style evp/lj contact repulsive plasticity isotropic
-pair_coeff * * 80 8 4 3 8 4 {row} density 2700 capacity 900
-fix bonds all evp/bonds
-fix heat all evp/heat every 10
-group moved id 2
-fix move all nve/noforce
-timestep {dt}
-velocity moved set {speed} 0 0
-compute pair all pair/local p2 force
-compute stretch all reduce max c_pair[1] inputs local
-compute pull all reduce sum c_pair[2] inputs local
-""" + thermo("c_pull c_stretch f_heat f_heat[1] f_heat[4]") + f"thermo {steps}\nrun {steps}\nvelocity all set 0 0 0\n{more}"
-
-
 REST = {"run": "run 3000 post no\nrun 0\n", "min": "fix hold all setforce 0 0 0\nminimize 0 1e-9 100 100\nunfix hold\nrun 0\n"}
 REST["minrun"] = REST["min"] + REST["run"]
 CHANGES = {  # what makes limits fall at rest: row, lines, how far bonds hold then
@@ -328,46 +298,6 @@ compute sum all reduce sum c_flow""", step="timestep 1e-5", thermo=thermo(f"c_hi
     table = run.thermo()
     assert table["f_heat[2]"][-1] == pytest.approx(1e-5 * np.sum(table["c_sum"][1:]), rel=1e-9) and table["f_heat[2]"][-1] > 0.0
     assert np.abs(table["f_heat"]).max() <= 1e-9 * table["f_heat[2]"][-1] and table["c_high"][-1] > 300.0
-
-
-def hot_on_cold(ghost, newton, first="evp/lj", more=""):
-    """A plate at 593 K slides on one at 293 K, and heats it by pair granular; first: sub-style of the two."""
-    styles = ["evp/lj contact repulsive plasticity isotropic", "granular"]
-    return f"""units si
-atom_style sphere
-atom_modify map yes
-newton {newton}
-boundary p p f
-lattice fcc 0.01
-region box block 0 4 0 4 -1 4
-create_box 2 box
-region lower block 0 3.99 0 3.99 0 0.6
-create_atoms 1 region lower
-region upper block 0 3.99 0 3.99 1.1 1.8
-create_atoms 2 region upper
-set group all diameter 0.00707
-set group all density 3650
-group lower type 1
-group upper type 2
-displace_atoms upper move 0 0 -0.0035 units box
-neighbor 0.0005 bin
-comm_modify vel yes
-fix temperature all property/atom temperature heatflow {ghost}
-set type 1 temperature 293
-set type 2 temperature 593
-pair_style hybrid {" ".join(styles if first == "evp/lj" else styles[::-1])}
-pair_coeff * * evp/lj 365 8 4 30 8 4 0.002 0 1.5 density 2700 conductivity 237 capacity 900
-pair_coeff 1 2 granular hertz/material 1e9 0 0.3 tangential linear_nohistory 0 0 damping velocity heat area 2000
-fix bonds all evp/bonds within type
-fix heat all evp/heat every 50
-compute t all property/atom temperature
-compute below lower reduce ave c_t
-compute above upper reduce ave c_t
-velocity upper set 0.03 0.013 0 units box
-fix slide upper nve/noforce
-timestep 0.002
-thermo 120
-""" + thermo("c_below c_above f_heat f_heat[2]") + more
 
 
 @pytest.mark.parametrize("ranks, newton", [(1, "off"), (2, "off"), (3, "on"), (3, "off")])
@@ -519,41 +449,6 @@ def test_temperatures_that_are_set_are_not_in_the_account(lmp):
 # ---- atoms that come later ----
 
 
-def plate(newton="on", temperature="set group all temperature 300\nset region hot temperature 600", new="new yes", soften="soften 293 900 1", start="", more=""):
-    """Two layers of a periodic plate, one half at 300 K and one at 600 K; start: a restart file in place of it."""
-    made = f"""lattice fcc 0.01
-region box block 0 6 0 3 -1 4
-create_box 1 box
-region bar block 0 5.99 0 2.99 0 0.6
-create_atoms 1 region bar
-set group all diameter 0.00707
-set group all density 3650
-region hot block 3 6 0 3 0 1.1
-"""
-    return f"""units si
-atom_style sphere
-atom_modify map yes
-newton {newton}
-{"" if start else "boundary p p f"}
-{f"read_restart {start}" if start else made}
-neighbor 0.0005 bin
-fix temperature all property/atom temperature heatflow ghost yes
-{"" if start else temperature}
-pair_style evp/lj contact join 1.2 plasticity isotropic
-pair_coeff * * 365 8 4 30 8 4 0.002 0 1.5 density 2700 conductivity 237 capacity 900 {soften}
-fix bonds all evp/bonds {new}
-fix heat all evp/heat every 10
-compute T all property/atom temperature
-timestep 1e-6
-""" + more
-
-
-LAYER = """lattice fcc 0.01
-region layer block 0 5.99 0 2.99 0.9 1.6
-create_atoms 1 region layer
-set group all diameter 0.00707
-set group all density 3650
-"""
 STATE = "write_evp_bonds end.bonds\nwrite_dump all custom end.dump id c_T x y z modify sort id format float %.17g\n"
 
 

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Robustness: heat that softens what makes it, and heat of friction."""
 
-from heated import ACCOUNT, LAST, SOFTEN, TMELT, last, lost_and_heat, rubbing, sheared
+import numpy as np
+from heated import ACCOUNT, LAST, LAYER, SOFTEN, TMELT, hot_on_cold, last, lost_and_heat, plate, rubbing, sheared, stretched
 from robust import LEDGER_SHARE, on
 from small_bodies import dump
 
@@ -38,3 +39,48 @@ def test_spheres_that_rub_across_a_boundary(bench):
         assert abs(heat / lost - 1.0) < 1e-3
         shown.append(f"{name}: heat over the energy lost 1 {heat / lost - 1.0:+.1e}")
     bench.show("; ".join(shown))
+
+
+@on(2, 1, 3)
+def test_a_fast_bond_that_comes_to_rest(bench):
+    """A bond is stretched at 600/s and at 2000/s, with a rate that would make it hold beyond its strongest strain: it does not. A minimization finds the force of rest,
+    within 1e-6, and a run behind it leaves it. Control: the fast bond holds more."""
+    shown = []
+    for row, speed, strain in (("0.005 0 1.5 flow 0 1 1 1 rate 0.1 1", 2.0, 0.005), ("0.15 0 1.5 flow 0 1 1 1 rate 0.1 1", 20.0, 0.15)):
+        steps = 500 if speed == 2.0 else 2000
+        rest = "fix hold all setforce 0 0 0\nminimize 0 1e-9 100 100\nunfix hold\nrun 0\nrun 500\n"
+        run = bench.run(stretched(row, speed=speed, steps=steps, dt=1e-3 / speed / steps * (1.0 if speed == 2.0 else 4.0), more=rest)).ok()
+        fast, at_rest, behind = run.thermo(0)["c_stretch"].max(), run.thermo(2)["c_pull"][-1], run.thermo(3)["c_pull"][-1]
+        assert fast > 1.1 * strain, "control"
+        assert fast < (2.0**0.25 - 1.0) * (1.0 + 1e-9)
+        r, d = 1.0 + strain, 0.011 if speed == 2.0 else 0.014
+        right = -640.0 * (r**-4 - r**-8) / d
+        assert abs(at_rest / right - 1.0) < 1e-6 and abs(behind / right - 1.0) < 1e-6
+        shown.append(f"xi_s {strain}: up to {fast:.4f}, at rest {at_rest / right - 1.0:+.0e}")
+    bench.show("; ".join(shown))
+
+
+@on(3, 1, 2, 4)
+def test_atoms_that_come_to_a_hot_plate(bench):
+    """Onto a plate whose halves are at 300 and 600 K, after some spheres were deleted: new layers have temperatures of their neighbors, with the mean of the plate within 1 K, and two
+    spheres away from the middle those of their half. One without bonds is an error."""
+    delete = "run 0\ngroup gone id 1 2\ndelete_atoms group gone compress no\nwrite_restart more.rst\n"
+    run = bench.run(plate(more=delete + LAYER + "run 0\nwrite_dump all custom end.dump id x c_T modify format float %.9g\n")).ok()
+    end = run.dump("end.dump")[-1]
+    new = end["id"] > 72
+    inside = np.abs(np.mod(end["x"] + 0.0025, 0.03) - 0.015) < 0.0075
+    right = np.where(np.mod(end["x"] + 0.0025, 0.06) > 0.03, 600.0, 300.0)
+    assert np.sum(new & inside) > 20 and np.all(end["c_T"][new & inside] == right[new & inside])
+    assert abs(end["c_T"][new].mean() - 450.0) < 1.0
+    lost = bench.run(plate(new="new no", more="run 0\n" + LAYER + "run 0\n"))
+    assert lost.returncode == 1 and "came without a temperature" in " ".join(lost.stdout.split())
+    bench.show(f"{np.sum(new)} new spheres from {end['c_T'][new].min():.4g} to {end['c_T'][new].max():.4g} K, mean {end['c_T'][new].mean():.4g} K")
+
+
+@on(3, 1, 2)
+def test_two_plates_that_heat_each_other(bench):
+    """A hot plate on a cold one, by pair granular, where nobody sends ghosts their temperatures: what one loses the other takes, newton off."""
+    run = bench.run(hot_on_cold("", "off", more="run 120\n")).ok()
+    table = run.thermo(0)
+    assert abs(table["f_heat[2]"][-1]) < 1e-9 and table["c_below"][-1] - 293.0 > 0.05, "control"
+    bench.show(f"the cold plate {table['c_below'][-1] - 293.0:+.4g} K, made of nothing {table['f_heat[2]'][-1]:.0e} J")
