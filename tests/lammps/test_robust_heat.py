@@ -23,7 +23,7 @@ def test_a_band_that_heats_itself_to_melting(bench):
     bench.show("; ".join(shown))
 
 
-@on(2, 1, 3, 4)
+@on(1, 2, 3, 4)
 def test_spheres_that_rub_across_a_boundary(bench):
     """Two spheres that meet obliquely and two that nearly roll on each other, by pair granular, where MPI ranks meet: the heat of friction is the kinetic energy that
     is lost, within 1e-3, and the fix does not change a bit of the motion. Control: they rub."""
@@ -41,7 +41,7 @@ def test_spheres_that_rub_across_a_boundary(bench):
     bench.show("; ".join(shown))
 
 
-@on(2, 1, 3)
+@on(1, 2, 3)
 def test_a_fast_bond_that_comes_to_rest(bench):
     """A bond is stretched at 600/s and at 2000/s, with a rate that would make it hold beyond its strongest strain: it does not. A minimization finds the force of rest,
     within 1e-6, and a run behind it leaves it. Control: the fast bond holds more."""
@@ -60,7 +60,7 @@ def test_a_fast_bond_that_comes_to_rest(bench):
     bench.show("; ".join(shown))
 
 
-@on(3, 1, 2, 4)
+@on(1, 2, 3, 4)
 def test_atoms_that_come_to_a_hot_plate(bench):
     """Onto a plate whose halves are at 300 and 600 K, after some spheres were deleted: new layers have temperatures of their neighbors, with the mean of the plate within 1 K, and two
     spheres away from the middle those of their half. One without bonds is an error."""
@@ -77,7 +77,7 @@ def test_atoms_that_come_to_a_hot_plate(bench):
     bench.show(f"{np.sum(new)} new spheres from {end['c_T'][new].min():.4g} to {end['c_T'][new].max():.4g} K, mean {end['c_T'][new].mean():.4g} K")
 
 
-@on(3, 1, 2)
+@on(1, 2, 3)
 def test_two_plates_that_heat_each_other(bench):
     """A hot plate on a cold one, by pair granular, where nobody sends ghosts their temperatures: what one loses the other takes, newton off."""
     run = bench.run(hot_on_cold("", "off", more="run 120\n")).ok()
