@@ -625,7 +625,7 @@ double FixEVPHeat::compute_vector(int n)
 double FixEVPHeat::memory_usage()
 {
   return AtomRecords::memory_usage() +
-      bytes_of(links, shared, flow, inverse_capacity, through, generated);
+      bytes_of(links, shared, flow, inverse_capacity, through, generated, rubs);
 }
 
 void FixEVPHeat::write_restart(FILE *fp)

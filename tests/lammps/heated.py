@@ -104,10 +104,9 @@ compute turning all erotate/sphere
 
 
 def lost_and_heat(run):
-    """Of rubbing(), over the whole run: what the motion has lost, and the heat of work."""
-    table = run.thermo(0)
-    kinetic = table["KinEng"] + table["c_turning"]
-    return kinetic[0] - kinetic[-1], run.thermo(1)["f_heat[1]"][-1]
+    """Of rubbing(), over all runs: what the motion has lost, and the heat of work."""
+    before, after = ({name: run.thermo(block)[name][row] for name in ("KinEng", "c_turning", "f_heat[1]")} for block, row in ((0, 0), (-1, -1)))
+    return before["KinEng"] + before["c_turning"] - after["KinEng"] - after["c_turning"], after["f_heat[1]"]
 
 
 def stretched(row, newton="on", more="", speed=2.0, steps=500, dt=1e-6):
