@@ -109,7 +109,7 @@ void FixEVPHeat::init()
     if (utils::strmatch(other->style, "^heat/flow")) others_groupbits |= other->groupbit;
   const auto bonds = scene::find_shared<BondStore>(modify, "evp/bonds", "bonds");
   check_atoms(*bonds);
-  find_friction();
+  find_granular_styles();
   damping_time = bound_seen = 0.0;
   stepping = false;
   is_packed = false;    // a run brings home what it has added; ghosts may be others since
@@ -192,7 +192,7 @@ void FixEVPHeat::setup(int /*vflag*/)
 {
   for (int i = 0; i < atom->nlocal; i++) through[i] = records[i].out;
   if (update->whichflag != 1) return;
-  find_rubs();
+  find_friction();
   find_powers();
   find_links(pair_data->packed_pairs());
   const double step = every * update->dt;
@@ -247,10 +247,10 @@ void FixEVPHeat::end_of_step()
 }
 
 // Of granular styles the heat of their tangential forces is known where single() tells of these
-void FixEVPHeat::find_friction()
+void FixEVPHeat::find_granular_styles()
 {
   granular.clear();
-  rubs.clear();
+  friction_pairs.clear();
   for (int n = 1; Pair *const pair = force->pair_match("^gran", 0, n); n++) {
     if (!granular.empty() && pair == granular.back().pair) break;    // the only one, whatever n
     if (!pair->single_enable || pair->single_extra < 4) continue;
@@ -263,11 +263,10 @@ void FixEVPHeat::find_friction()
 
 // The tangential forces that act, by single() at the velocities that they were found at. It moves what a pair that slips
 // remembers once more: that is put back
-void FixEVPHeat::find_rubs()
+void FixEVPHeat::find_friction()
 {
-  rubs.clear();
+  friction_pairs.clear();
   const int *const type = atom->type;
-  Values remembered;
   for (const auto &[pair, memory, shortens_arms] : granular) {
     const NeighList *const neighbors = pair->list;
     const int width = memory ? memory->get_dnum() : 0;
@@ -286,8 +285,8 @@ void FixEVPHeat::find_rubs()
         if (pair->svector[3] == 0.0) continue;
         const double d = std::sqrt(g.dsq), radius_i = atom->radius[i], radius_j = atom->radius[j];
         const double shorter = shortens_arms ? 0.5 * (radius_i + radius_j - d) : 0.0;
-        rubs.push_back({i, j, Vector(pair->svector) * weight, g * (1.0 / d), radius_i - shorter,
-                        radius_j - shorter, 0.0});
+        friction_pairs.push_back({i, j, Vector(pair->svector) * weight, g * (1.0 / d),
+                                  radius_i - shorter, radius_j - shorter, 0.0});
       }
     }
   }
@@ -299,7 +298,7 @@ void FixEVPHeat::find_powers()
   if (granular.empty()) return;
   constexpr int WIDTH = 6;
   const int nlocal = atom->nlocal;
-  Values moving((size_t) WIDTH * (nlocal + atom->nghost), 0.0);
+  moving.resize((size_t) WIDTH * (nlocal + atom->nghost));
   for (int i = 0; i < nlocal; i++) {
     std::copy_n(atom->v[i], 3, &moving[(size_t) WIDTH * i]);
     std::copy_n(atom->omega[i], 3, &moving[(size_t) WIDTH * i + 3]);
@@ -307,21 +306,22 @@ void FixEVPHeat::find_powers()
   const int width = std::exchange(comm_forward, WIDTH);    // granular styles send more
   forward_comm_velocities(moving);
   comm_forward = width;
-  for (Rub &rub : rubs) {
-    const double *const of_i = &moving[(size_t) WIDTH * rub.i];
-    const double *const of_j = &moving[(size_t) WIDTH * rub.j];
-    const Vector spin = Vector(of_i + 3) * rub.arm_i + Vector(of_j + 3) * rub.arm_j, n = rub.along;
+  for (FrictionPair &pair : friction_pairs) {
+    const double *const of_i = &moving[(size_t) WIDTH * pair.i];
+    const double *const of_j = &moving[(size_t) WIDTH * pair.j];
+    const Vector spin = Vector(of_i + 3) * pair.arm_i + Vector(of_j + 3) * pair.arm_j,
+                 n = pair.along;
     const Vector turning(spin.y * n.z - spin.z * n.y, spin.z * n.x - spin.x * n.z,
                          spin.x * n.y - spin.y * n.x);
-    rub.power = -dot(rub.force, Vector(of_i) - Vector(of_j) - turning);
+    pair.power = -dot(pair.force, Vector(of_i) - Vector(of_j) - turning);
   }
 }
 
 // What they take in half a step: that which they end, or begin
 void FixEVPHeat::add_friction()
 {
-  for (const Rub &rub : rubs)
-    add(rub.i, rub.j, rub.j < atom->nlocal || force->newton_pair, 0.5 * step_time * rub.power);
+  for (const FrictionPair &pair : friction_pairs)
+    add(pair.i, pair.j, pair.j < atom->nlocal || force->newton_pair, 0.5 * step_time * pair.power);
 }
 
 void FixEVPHeat::add_plastic(int i, double energy)
@@ -625,7 +625,7 @@ double FixEVPHeat::compute_vector(int n)
 double FixEVPHeat::memory_usage()
 {
   return AtomRecords::memory_usage() +
-      bytes_of(links, shared, flow, inverse_capacity, through, generated, rubs);
+      bytes_of(links, shared, flow, inverse_capacity, through, generated, friction_pairs, moving);
 }
 
 void FixEVPHeat::write_restart(FILE *fp)

@@ -45,7 +45,7 @@ class FixEVPHeat :
   void setup(int) override;
   void initial_integrate(int) override;
   void pre_force(int) override;
-  void post_force(int) override { find_rubs(); }
+  void post_force(int) override { find_friction(); }
   void end_of_step() override;
 
   // f_ID: imbalance of the account. f_ID[1..7], heat since the start: of work, of others' heatflow, out at atoms that hold
@@ -98,7 +98,7 @@ class FixEVPHeat :
   };
 
   /// Two spheres that rub: the tangential force on i, where it acts, what it takes.
-  struct Rub {
+  struct FrictionPair {
     int i, j;
     EVP::Vector force, along;
     double arm_i, arm_j;
@@ -120,7 +120,8 @@ class FixEVPHeat :
   bool takes_new = false;        // atoms that were not there when the fix was defined
   bool begun = false;            // softening follows temperatures
   std::vector<Granular> granular;
-  std::vector<Rub> rubs;        // by the forces of now
+  std::vector<FrictionPair> friction_pairs;    // by the forces of now
+  Values moving, remembered;    // velocities and rates of rotation of atoms and ghosts; of a pair
   bool others_pairs = false;    // may a pair style add to heatflow, of ghosts too?
   int others_groupbits = 0;     // of fixes heat/flow
 
@@ -153,8 +154,8 @@ class FixEVPHeat :
   bool reads_temperatures() const;
   void send_temperatures();
   void warm_new_atoms(const EVP::PairLists &);
+  void find_granular_styles();
   void find_friction();
-  void find_rubs();
   void find_powers();
   void add_friction();
   void report_unlike_types();
