@@ -25,10 +25,10 @@ def test_a_band_that_heats_itself_to_melting(bench):
 
 @on(1, 2, 3, 4)
 def test_spheres_that_rub_across_a_boundary(bench):
-    """Two spheres that meet obliquely and two that nearly roll on each other, by pair granular, where MPI ranks meet: the heat of friction is the kinetic energy that
+    """Two spheres that meet obliquely, two that turn too and two that nearly roll on each other, by pair granular, where MPI ranks meet: the heat of friction is the kinetic energy that
     is lost, within 1e-3, and the fix does not change a bit of the motion. Control: they rub."""
     shown = []
-    for name, choices in (("oblique", {}), ("nearly rolling", {"speed": 0.25, "across": 3.9, "apart": 0.0005, "gap": 1e-5, "spin": 700.0, "dt": 2.5e-7, "steps": 1200})):
+    for name, choices in (("oblique", {}), ("turning", {"spin": 300.0}), ("nearly rolling", {"speed": 0.25, "across": 3.9, "apart": 0.0005, "gap": 1e-5, "spin": 700.0, "dt": 2.5e-7, "steps": 1200})):
         text = rubbing(place=0.005, **choices) + dump("end.dump", 1, "x y z vx vy vz omegax omegay omegaz") + "run 0\n"
         run = bench.run(text).ok()
         lost, heat = lost_and_heat(run)
