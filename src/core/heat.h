@@ -84,8 +84,8 @@ class Heat {
   /// Half of what a pair of own particle i has dissipated by flow [energy].
   virtual void add_plastic(int i, double energy) = 0;
 
-  /// Collective. The pairs were packed for so many particles and ghosts.
-  virtual void note_packing(int nall) = 0;
+  /// Collective. The pairs were packed. Particles that have come without a temperature get one.
+  virtual void note_packing(const PairLists &) = 0;
 
   /// Collective. What was added goes to the owners: before particles migrate.
   virtual void bring_home() = 0;

@@ -35,9 +35,11 @@ class Limit {
     slope = SLIP_PER_STRAIN * ratio / (1.0 - ratio);
   }
 
-  double operator()(double p) const
+  /// factor: by temperature and strain rate. Never beyond the strongest strain: flow would not end.
+  double operator()(double p, double factor = 1.0) const
   {
-    return flow.n > 0 ? xi_s * flow(p) : std::min(xi_s + slope * p, most);
+    const double y = flow.n > 0 ? xi_s * flow(p) : std::min(xi_s + slope * p, most);
+    return std::min(factor * y, most);
   }
 
  private:

@@ -8,7 +8,9 @@
 #include "user_input.h"
 
 #include "comm.h"
+#include "fix_neigh_history.h"
 #include "neigh_list.h"
+#include "neighbor.h"
 #include "pair.h"
 
 #include <algorithm>
@@ -48,6 +50,7 @@ FixEVPHeat::FixEVPHeat(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp, nar
   peratom_flag = peratom_freq = 1;
   size_peratom_cols = 0;
   keep_records();
+  takes_new = true;
   atom->add_callback(Atom::GROW);
   atom->add_callback(Atom::RESTART);
 }
@@ -98,20 +101,25 @@ void FixEVPHeat::init()
   others_groupbits = 0;
   for (const Fix *other : modify->get_fix_list())
     if (utils::strmatch(other->style, "^heat/flow")) others_groupbits |= other->groupbit;
-  check_atoms();
-  find_friction();
+  const auto bonds = scene::find_shared<const BondStore>(modify);
+  check_atoms(*bonds);
+  find_granular_styles();
   damping_time = bound_seen = 0.0;
   stepping = false;
   is_packed = false;    // a run brings home what it has added; ghosts may be others since
   generated.clear();
+  if (update->whichflag == 2) {    // at rest nothing flows
+    since_limits = 0.0;
+    for (int i = 0; i < atom->nlocal; i++) records[i].rate = 0.0;
+  }
   // bonds that are there may hold too much: the first step sees to that, and to its work
-  const auto bonds = scene::find_shared<const BondStore>(modify);
   if (!std::exchange(begun, true) && !bonds->has_recorded()) take_factors();
   report_unlike_types();
 }
 
-// by the smallest ID, so that any number of MPI ranks says the same
-void FixEVPHeat::check_atoms() const
+// by the smallest ID, so that any number of MPI ranks says the same. Atoms that came after the recording may get a temperature
+// from their bonds, see warm_new_atoms()
+void FixEVPHeat::check_atoms(const BondStore &bonds) const
 {
   enum { TEMPERATURE, TWICE, ROW, N };
   std::array<tagint, N> first;
@@ -121,17 +129,21 @@ void FixEVPHeat::check_atoms() const
     const auto note = [&](int what) {
       first[what] = std::min(first[what], atom->tag[i]);
     };
-    if (!(atom->temperature[i] >= 0.0 && std::isfinite(atom->temperature[i]))) note(TEMPERATURE);
+    const double temperature = atom->temperature[i];
+    const bool has_none = temperature == 0.0 && bonds.has_recorded() && bonds.is_new(i);
+    if (!(temperature > 0.0 && std::isfinite(temperature)) && !has_none) note(TEMPERATURE);
     if (is_free(i) && (atom->mask[i] & others_groupbits)) note(TWICE);
     if ((is_free(i) && row.capacity == 0.0) || (row.conductivity > 0.0 && row.density == 0.0))
       note(ROW);
   }
   first = reduce_all(first, MPI_MIN, world);
   if (first[TEMPERATURE] < MAXTAGINT)
-    error->all(FLERR,
-               "{}: the temperature of atom {} is negative or not finite: use 'set ... "
-               "temperature T' with a temperature of 0 or more",
-               who, first[TEMPERATURE]);
+    error->all(
+        FLERR,
+        "{}: the temperature of atom {} is not set (zero), negative or not finite: use 'set ... "
+        "temperature T' with a positive T before the run; after read_restart define fix "
+        "property/atom first, with the ID that it had",
+        who, first[TEMPERATURE]);
   if (first[TWICE] < MAXTAGINT)
     error->all(FLERR,
                "{}: atom {} is of a fix heat/flow too, which would warm it a second time: leave "
@@ -174,6 +186,8 @@ void FixEVPHeat::setup(int /*vflag*/)
 {
   for (int i = 0; i < atom->nlocal; i++) through[i] = records[i].out;
   if (update->whichflag != 1) return;
+  find_friction();
+  find_powers();
   find_links(pair_data->packed_pairs());
   const double step = every * update->dt;
   const bool is_near = step * eigenvalue_bound() > 2.0, is_first = !std::exchange(limit_told, true);
@@ -186,6 +200,12 @@ void FixEVPHeat::setup(int /*vflag*/)
   if (is_near && scene::makes_steps(lmp)) check_step(step);
 }
 
+void FixEVPHeat::initial_integrate(int /*vflag*/)
+{
+  step_time = update->dt;
+  add_friction();
+}
+
 // heat flow is that of one step: LAMMPS' styles add to it
 void FixEVPHeat::pre_force(int /*vflag*/)
 {
@@ -193,6 +213,7 @@ void FixEVPHeat::pre_force(int /*vflag*/)
   elapsed += update->dt;
   since_limits += update->dt;
   damping_time = update->dt;
+  if (neighbor->ago == 0) send_temperatures();
   if (!others_groupbits)
     std::fill_n(atom->heatflow, atom->nlocal + atom->nghost, 0.0);    // else fix heat/flow does
 }
@@ -201,7 +222,8 @@ void FixEVPHeat::end_of_step()
 {
   damping_time = 0.0;
   if (!std::exchange(stepping, false)) return;
-  for (Pair *const pair : granular) add_friction(pair);
+  find_powers();
+  add_friction();
   const int nlocal = atom->nlocal;
   double *const heatflow = atom->heatflow;
   if (others_pairs && !others_groupbits) {
@@ -212,46 +234,88 @@ void FixEVPHeat::end_of_step()
   for (int i = 0; i < nlocal; i++) {
     through[i] = records[i].out;
     if (heatflow[i] == 0.0 || (atom->mask[i] & others_groupbits)) continue;
-    const double energy = update->dt * heatflow[i];
+    const double energy = step_time * heatflow[i];
     records[i].waiting += energy;
     account[OF_OTHERS] += energy;
   }
 }
 
 // Of granular styles the heat of their tangential forces is known where single() tells of these
-void FixEVPHeat::find_friction()
+void FixEVPHeat::find_granular_styles()
 {
   granular.clear();
+  friction_pairs.clear();
   for (int n = 1; Pair *const pair = force->pair_match("^gran", 0, n); n++) {
-    if (!granular.empty() && pair == granular.back()) break;    // the only one, whatever n
-    if (pair->single_enable && pair->single_extra >= 3) granular.push_back(pair);
+    if (!granular.empty() && pair == granular.back().pair) break;    // the only one, whatever n
+    if (!pair->single_enable || pair->single_extra < 4) continue;
+    granular.push_back({pair, nullptr, utils::strmatch(force->pair_match_ptr(pair), "^granular")});
+    for (Fix *const fix : modify->get_fix_list())
+      if (auto *const memory = dynamic_cast<FixNeighHistory *>(fix); memory && memory->pair == pair)
+        granular.back().memory = memory;
   }
 }
 
-// What tangential forces take in a step from spheres that touch, whose points of contact move past each other
-void FixEVPHeat::add_friction(Pair *pair)
+// The tangential forces that act, by single() at the velocities that they were found at. It moves what a pair that slips
+// remembers once more: that is put back
+void FixEVPHeat::find_friction()
 {
-  const NeighList *const neighbors = pair->list;
+  friction_pairs.clear();
   const int *const type = atom->type;
-  for (int ii = 0; ii < neighbors->inum; ii++) {
-    const int i = neighbors->ilist[ii];
-    for (int jj = 0; jj < neighbors->numneigh[i]; jj++) {
-      const int j = neighbors->firstneigh[i][jj] & NEIGHMASK;
-      const PairGeometry g(scene::rows(atom->x), i, j);
-      const double sum_radii = atom->radius[i] + atom->radius[j];
-      if (!(g.dsq < sum_radii * sum_radii)) continue;
-      double normal;
-      pair->single(i, j, type[i], type[j], g.dsq, 1.0, 1.0, normal);
-      const Vector along = g * (1.0 / std::sqrt(g.dsq)), friction(pair->svector);
-      const Vector spin =
-          Vector(atom->omega[i]) * atom->radius[i] + Vector(atom->omega[j]) * atom->radius[j];
-      const Vector turning(spin.y * along.z - spin.z * along.y, spin.z * along.x - spin.x * along.z,
-                           spin.x * along.y - spin.y * along.x);
-      const Vector past = Vector(atom->v[i]) - Vector(atom->v[j]) - turning;
-      add(i, j, j < atom->nlocal || force->newton_pair,
-          -update->dt * dot(friction, past - along * dot(past, along)));
+  for (const auto &[pair, memory, shortens_arms] : granular) {
+    const NeighList *const neighbors = pair->list;
+    const int width = memory ? memory->get_dnum() : 0;
+    for (int ii = 0; ii < neighbors->inum; ii++) {
+      const int i = neighbors->ilist[ii];
+      for (int jj = 0; jj < neighbors->numneigh[i]; jj++) {
+        const int j = neighbors->firstneigh[i][jj] & NEIGHMASK;
+        const double weight = force->special_lj[neighbors->firstneigh[i][jj] >> SBBITS & 3];
+        const PairGeometry g(scene::rows(atom->x), i, j);
+        if (!(g.dsq < pair->cutsq[type[i]][type[j]]) || weight == 0.0) continue;
+        double *const values = memory ? memory->firstvalue[i] + (size_t) width * jj : nullptr;
+        remembered.assign(values, values + width);
+        double normal;
+        pair->single(i, j, type[i], type[j], g.dsq, 1.0, 1.0, normal);
+        std::copy(remembered.begin(), remembered.end(), values);
+        if (pair->svector[3] == 0.0) continue;
+        const double d = std::sqrt(g.dsq), radius_i = atom->radius[i], radius_j = atom->radius[j];
+        const double shorter = shortens_arms ? 0.5 * (radius_i + radius_j - d) : 0.0;
+        friction_pairs.push_back({i, j, Vector(pair->svector) * weight, g * (1.0 / d),
+                                  radius_i - shorter, radius_j - shorter, 0.0});
+      }
     }
   }
+}
+
+// Collective. What these forces take, by the velocities of a whole step, which ghosts do not have
+void FixEVPHeat::find_powers()
+{
+  if (granular.empty()) return;
+  constexpr int WIDTH = 6;
+  const int nlocal = atom->nlocal;
+  moving.resize((size_t) WIDTH * (nlocal + atom->nghost));
+  for (int i = 0; i < nlocal; i++) {
+    std::copy_n(atom->v[i], 3, &moving[(size_t) WIDTH * i]);
+    std::copy_n(atom->omega[i], 3, &moving[(size_t) WIDTH * i + 3]);
+  }
+  const int width = std::exchange(comm_forward, WIDTH);    // granular styles send more
+  forward_comm_velocities(moving);
+  comm_forward = width;
+  for (FrictionPair &pair : friction_pairs) {
+    const double *const of_i = &moving[(size_t) WIDTH * pair.i];
+    const double *const of_j = &moving[(size_t) WIDTH * pair.j];
+    const Vector spin = Vector(of_i + 3) * pair.arm_i + Vector(of_j + 3) * pair.arm_j,
+                 n = pair.along;
+    const Vector turning(spin.y * n.z - spin.z * n.y, spin.z * n.x - spin.x * n.z,
+                         spin.x * n.y - spin.y * n.x);
+    pair.power = -dot(pair.force, Vector(of_i) - Vector(of_j) - turning);
+  }
+}
+
+// What they take in half a step: that which they end, or begin
+void FixEVPHeat::add_friction()
+{
+  for (const FrictionPair &pair : friction_pairs)
+    add(pair.i, pair.j, pair.j < atom->nlocal || force->newton_pair, 0.5 * step_time * pair.power);
 }
 
 void FixEVPHeat::add_plastic(int i, double energy)
@@ -261,10 +325,84 @@ void FixEVPHeat::add_plastic(int i, double energy)
   account[OF_WORK] += heat;
 }
 
-void FixEVPHeat::note_packing(int nall)
+void FixEVPHeat::note_packing(const PairLists &lists)
 {
-  generated.resize(nall, 0.0);    // all of them 0 where the list is another
+  generated.resize(lists.nall, 0.0);    // all of them 0 where the list is another
   is_packed = true;
+  warm_new_atoms(lists);
+}
+
+// Collective. To ghosts, whose temperatures pair styles of others read, whether fix property/atom sends them or not
+void FixEVPHeat::send_temperatures()
+{
+  if (!others_pairs) return;
+  Values sent((size_t) 2 * (atom->nlocal + atom->nghost), 0.0);
+  for (int i = 0; i < atom->nlocal; i++) sent[(size_t) 2 * i] = atom->temperature[i];
+  forward_comm(sent);
+  for (int i = atom->nlocal; i < atom->nlocal + atom->nghost; i++)
+    atom->temperature[i] = sent[(size_t) 2 * i];
+}
+
+// Does the command that makes atoms give them temperatures, which LAMMPS sets first?
+bool FixEVPHeat::reads_temperatures() const
+{
+  const Input *const input = lmp->input;
+  if (!input->command || strcmp(input->command, "read_data") != 0) return false;
+  for (int k = 0; k + 1 < input->narg; k++) {
+    const Fix *const fix =
+        strcmp(input->arg[k], "fix") == 0 ? modify->get_fix_by_id(input->arg[k + 1]) : nullptr;
+    if (fix && utils::strmatch(fix->style, "^property/atom")) return true;
+  }
+  return false;
+}
+
+// Collective. Atoms that came without a temperature get the mean of the atoms that they are bonded to; where these have none
+// either, from the next ones inwards
+void FixEVPHeat::warm_new_atoms(const PairLists &lists)
+{
+  double *const temperature = atom->temperature;
+  const auto first_without = [&] {
+    tagint first = MAXTAGINT;
+    for (int i = 0; i < lists.nlocal; i++)
+      if (temperature[i] == 0.0) first = std::min(first, atom->tag[i]);
+    return reduce_all(first, MPI_MIN, world);
+  };
+  tagint without = first_without();
+  if (without == MAXTAGINT) return;
+  Values known((size_t) 2 * lists.nall), sums, counts;
+  for (bool any = true; any && without < MAXTAGINT; without = first_without()) {
+    for (int i = 0; i < lists.nlocal; i++) known[(size_t) 2 * i] = temperature[i];
+    forward_comm(known);
+    sums.assign(lists.nall, 0.0);
+    counts.assign(lists.nall, 0.0);
+    const auto give = [&](int from, int to) {
+      if (known[(size_t) 2 * to] > 0.0 || known[(size_t) 2 * from] == 0.0) return;
+      sums[to] += known[(size_t) 2 * from];
+      counts[to] += 1.0;
+    };
+    for_each_pair(lists.bonds, scene::rows(atom->x), [&](const PlacedPair &p) {
+      give(p.j, p.i);
+      if (p.j < lists.nreact) give(p.i, p.j);
+    });
+    reverse_comm(sums);
+    reverse_comm(counts);
+    any = false;
+    for (int i = 0; i < lists.nlocal; i++) {
+      if (counts[i] == 0.0) continue;
+      temperature[i] = sums[i] / counts[i];
+      records[i].factor = factor_now(i);
+      any = true;
+    }
+    any = on_any(any, world);
+  }
+  if (without < MAXTAGINT)
+    error->all(
+        FLERR,
+        "{}: atom {} came without a temperature, and has no bond to an atom that has one: use "
+        "'set ... temperature T' after it was created, or the keyword 'new yes' of fix "
+        "evp/bonds and place it where it is bonded",
+        who, without);
+  send_temperatures();
 }
 
 void FixEVPHeat::bring_home()
@@ -435,7 +573,7 @@ void FixEVPHeat::hand_out(const PairLists &lists)
     now.take(energy, row, mass);
     account[STORED] +=
         mass * row.capacity * (now.temperature - before.temperature) + now.latent - before.latent;
-    atom->temperature[i] = shared[(size_t) 2 * i + 1] = now.temperature;
+    atom->temperature[i] = now.temperature;
     records[i].latent = now.latent;
     if (!(now.temperature >= 0.0 && std::isfinite(now.temperature)))
       error->one(
@@ -444,9 +582,7 @@ void FixEVPHeat::hand_out(const PairLists &lists)
           "other styles than it has, or forces are not finite",
           who, atom->tag[i], now.temperature, update->ntimestep);
   }
-  if (!others_pairs) return;
-  forward_comm(shared);
-  for (int i = atom->nlocal; i < lists.nall; i++) atom->temperature[i] = shared[(size_t) 2 * i + 1];
+  send_temperatures();
 }
 
 // Collective
@@ -483,7 +619,7 @@ double FixEVPHeat::compute_vector(int n)
 double FixEVPHeat::memory_usage()
 {
   return AtomRecords::memory_usage() +
-      bytes_of(links, shared, flow, inverse_capacity, through, generated);
+      bytes_of(links, shared, flow, inverse_capacity, through, generated, friction_pairs, moving);
 }
 
 void FixEVPHeat::write_restart(FILE *fp)

@@ -40,11 +40,14 @@ class FixEVPHeat :
   int setmask() override
   {
     using namespace FixConst;
-    return PRE_FORCE | END_OF_STEP;
+    return INITIAL_INTEGRATE | PRE_FORCE | POST_FORCE | END_OF_STEP;
   }
   void init() override;
+  void setup_pre_force(int) override { send_temperatures(); }
   void setup(int) override;
+  void initial_integrate(int) override;
   void pre_force(int) override;
+  void post_force(int) override { find_friction(); }
   void end_of_step() override;
 
   // f_ID: imbalance of the account. f_ID[1..7], heat since the start: of work, of others' heatflow, out at atoms that hold
@@ -59,6 +62,8 @@ class FixEVPHeat :
   {
     records[i] = {0.0, 0.0, 1.0, -1.0, 0.0, 0.0};
     through[i] = 0.0;
+    // what a deleted atom or a ghost had is there
+    if (takes_new && atom->temperature && !reads_temperatures()) atom->temperature[i] = 0.0;
   }
   int unpack_exchange(int, double *) override;
   double memory_usage() override;
@@ -72,7 +77,7 @@ class FixEVPHeat :
 
   // what the pairs call, see EVP::Heat
   void add_plastic(int i, double energy) override;
-  void note_packing(int nall) override;
+  void note_packing(const EVP::PairLists &) override;
   void bring_home() override;
   bool is_due() const override { return update->ntimestep % every == 0; }
   void hand_out(const EVP::PairLists &) override;
@@ -86,6 +91,21 @@ class FixEVPHeat :
   static constexpr int RESTART_WORDS = 7;
   enum Account { OF_WORK, OF_OTHERS, OUT, WAITING, STORED, NACCOUNTS };
 
+  /// A pair style that tells of its friction, and where it keeps what its pairs remember: nullptr where they do not.
+  struct Granular {
+    class Pair *pair;
+    class FixNeighHistory *memory;
+    bool shortens_arms;    // is the point of contact within the overlap?
+  };
+
+  /// Two spheres that rub: the tangential force on i, where it acts, what it takes.
+  struct FrictionPair {
+    int i, j;
+    EVP::Vector force, along;
+    double arm_i, arm_j;
+    double power;    // at the velocities at the end of the step [energy/time]
+  };
+
   /// A bond that conducts.
   struct Link {
     int i, j;
@@ -97,16 +117,20 @@ class FixEVPHeat :
   std::shared_ptr<EVP::Heat> shown{this, [](auto *) {
                                    }};    // for the pairs, gone with the fix
   EVP::PairData *pair_data = nullptr;
-  std::vector<EVP::Row> rows;      // by type
-  bool begun = false;              // softening follows temperatures
-  std::vector<Pair *> granular;    // pair styles that tell of their friction, see add_friction()
-  bool others_pairs = false;       // may a pair style add to heatflow, of ghosts too?
-  int others_groupbits = 0;        // of fixes heat/flow
+  std::vector<EVP::Row> rows;    // by type
+  bool takes_new = false;        // atoms that were not there when the fix was defined
+  bool begun = false;            // softening follows temperatures
+  std::vector<Granular> granular;
+  std::vector<FrictionPair> friction_pairs;    // by the forces of now
+  Values moving, remembered;    // velocities and rates of rotation of atoms and ghosts; of a pair
+  bool others_pairs = false;    // may a pair style add to heatflow, of ghosts too?
+  int others_groupbits = 0;     // of fixes heat/flow
 
-  double since_limits = 0.0;                  // since limits moved on last [time]
-  double elapsed = 0.0;                       // since heat was handed out last [time]
-  double damping_time = 0.0;                  // see take_damping_time()
-  bool stepping = false;                      // not in rerun, which has no time
+  double since_limits = 0.0;    // since limits moved on last [time]
+  double elapsed = 0.0;         // since heat was handed out last [time]
+  double damping_time = 0.0;    // see take_damping_time()
+  double step_time = 0.0;       // that of the step, which other fixes may change at its end
+  bool stepping = false;        // not in rerun, which has no time
   std::array<double, NACCOUNTS> account{};    // of this MPI rank, but WAITING [energy]
   bool is_packed = false;                     // generated is there
 
@@ -127,9 +151,14 @@ class FixEVPHeat :
     return EVP::softening(row, atom->temperature[i]) * EVP::hardening_by_rate(row, records[i].rate);
   }
   bool is_free(int i) const { return atom->mask[i] & groupbit; }
-  void check_atoms() const;
+  void check_atoms(const EVP::BondStore &) const;
+  bool reads_temperatures() const;
+  void send_temperatures();
+  void warm_new_atoms(const EVP::PairLists &);
+  void find_granular_styles();
   void find_friction();
-  void add_friction(Pair *);
+  void find_powers();
+  void add_friction();
   void report_unlike_types();
   void find_links(const EVP::PairLists &);
   template <class F> void sum_flows(F &&difference);

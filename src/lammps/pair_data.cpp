@@ -379,7 +379,7 @@ void PairData::commit(bool at_rest)
   histories.commit(wanted_work(), volume());
   if (volume()) volume()->commit();
   if (!at_rest || !rules.plastic) return;
-  histories.move_limits(wanted_work(), volume());
+  histories.move_limits(wanted_work(), volume(), true);
   if (!volume()) return;
   volume()->evaluate(lists);
   volume()->commit();

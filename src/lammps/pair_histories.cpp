@@ -25,6 +25,7 @@ void PairHistories::begin_run(BondStore *records_in, PerAtomComm *exchange_in, b
   exchange = exchange_in;
   heat_ = scene::find_shared<Heat>(modify);
   limits_due = heat_due = false;
+  starts = true;
   strains.clear();
   owners = {};
   ends.owners = begins.owners = &owners;
@@ -34,26 +35,34 @@ void PairHistories::begin_run(BondStore *records_in, PerAtomComm *exchange_in, b
   every = scene::find_fix(modify, "nve/evp") ? 1 : EVERY;
 }
 
-// by the number of the step, so that neither neighbor builds nor MPI ranks nor restarts matter. Between runs temperatures
-// and plastic strains may have been set
+// Collective. Have temperatures, strain rates or plastic strains become others between runs?
+bool PairHistories::was_set() const
+{
+  const auto heat = this->heat();
+  return !records->given_strains.empty() || (heat && on_any(heat->factors_are_old(), world));
+}
+
+// by the number of the step, so that neither neighbor builds nor MPI ranks nor restarts matter
 void PairHistories::begin_step()
 {
   if (update->whichflag != 1) return;
   const auto heat = this->heat();
   heat_due = heat && heat->is_due();
-  const bool was_set = !records->given_strains.empty() ||
-      (heat && update->ntimestep == update->firststep + 1 &&
-       on_any(heat->factors_are_old(), world));
-  limits_due = rules.plastic && (update->ntimestep % every == 0 || heat_due || was_set);
+  const bool is_first = update->ntimestep == update->firststep + 1;
+  limits_due =
+      rules.plastic && (update->ntimestep % every == 0 || heat_due || (is_first && was_set()));
 }
 
+// in a minimization limits are held from its start on
 void PairHistories::begin_forces(PairWork *work, VolumeForces *volume)
 {
+  if (std::exchange(starts, false) && update->whichflag == 2)
+    limits_due = rules.plastic && was_set();
   if (std::exchange(heat_due, false)) {
     if (rules.has_history()) bring_sums_home();
     heat()->hand_out(lists);
   }
-  if (std::exchange(limits_due, false)) move_limits(work, volume);
+  if (std::exchange(limits_due, false)) move_limits(work, volume, update->whichflag != 2);
   find_owners();
 }
 
@@ -61,7 +70,7 @@ void PairHistories::note_packing(VolumeForces *volume)
 {
   ends.clear();
   begins.clear();
-  if (const auto heat = this->heat()) heat->note_packing(lists.nall);
+  if (const auto heat = this->heat()) heat->note_packing(lists);
   if (!rules.has_history()) return;
   note_images();
   sums.reset(lists.nall);
@@ -128,7 +137,7 @@ void PairHistories::share_limits(VolumeForces *volume, bool opens)
   const auto heat = this->heat();
   for (int i = 0; i < lists.nlocal; i++) {
     const double p = records->sphere(i).p;
-    values[(size_t) 3 * i] = types.limit(atom->type[i])(p) * (heat ? heat->factor(i) : 1.0);
+    values[(size_t) 3 * i] = types.limit(atom->type[i])(p, heat ? heat->factor(i) : 1.0);
     values[(size_t) 3 * i + 1] = p;
     if (volume)
       values[(size_t) 3 * i + 2] = VolumeForces::openness(records->volume(i).reference, opens);
@@ -151,7 +160,7 @@ void PairHistories::share_limits(VolumeForces *volume, bool opens)
   ends.failure = rules.break_strain;
 }
 
-void PairHistories::move_limits(PairWork *work, VolumeForces *volume)
+void PairHistories::move_limits(PairWork *work, VolumeForces *volume, bool opens)
 {
   due = true;
   bring_sums_home();
@@ -162,7 +171,7 @@ void PairHistories::move_limits(PairWork *work, VolumeForces *volume)
     heat->take_factors();
   }
   const bool were_given = take_given_strains();
-  share_limits(volume, true);
+  share_limits(volume, opens);
   for_each_limit([&](double &limit, double now, PairList &list, int i, int n) {
     const double before = std::exchange(limit, now);
     if (now < before) keep_below_limit(list, i, n, before, work, !were_given);

@@ -68,8 +68,8 @@ class PairHistories : protected Pointers {
   void commit(PairWork *work, VolumeForces *volume);
 
   /// Collective. Plastic strains and limits of the spheres, and which are torn open: at the steps that are due, and when a
-  /// minimization is at rest, after commit().
-  void move_limits(PairWork *work, VolumeForces *volume);
+  /// minimization is at rest, after commit(). opens: or does a minimization begin, whose potential stays?
+  void move_limits(PairWork *work, VolumeForces *volume, bool opens);
 
   /// That the records are in.
   BondStore &store() { return *records; }
@@ -167,6 +167,7 @@ class PairHistories : protected Pointers {
   // of own atoms and ghosts: plastic strains, where bonds end by them; with plasticity how far their bonds hold, see Limit
   std::vector<double> strains, limits;
   bool due = false, limits_due = false, heat_due = false, keeps_events = false;
+  bool starts = false;    // no forces of this run yet
   bigint jumps =
       0;    // pairs that joined far within the distance where they should, not told of yet
   bool jumps_told = false;
@@ -174,6 +175,7 @@ class PairHistories : protected Pointers {
 
   /// Does another row hold the pair too, which stands for both? Without newton, across MPI ranks or a periodic boundary.
   bool is_copy(int i, int j) const { return j >= lists.nreact && atom->tag[i] > atom->tag[j]; }
+  bool was_set() const;
   void bring_sums_home();
   void note_images();
   void find_owners();

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from evp import law
 from flowing import largest_difference, read_pairs
-from heated import ACCOUNT, ENTRIES, JOIN, LAST, PROPERTIES, RATE, ROW, SOFTEN, TMELT, TREF, assert_closes, last, sheared
+from heated import ACCOUNT, ENTRIES, GRANULAR, JOIN, LAST, LAYER, PROPERTIES, RATE, ROW, SOFTEN, TMELT, TREF, assert_closes, hot_on_cold, last, lost_and_heat, plate, rubbing, sheared, stretched
 from hostile import PARTS, refused, scene
 from lammps_run import REFERENCE, run_lammps, write_data
 from small_bodies import dump, head, thermo, words
@@ -216,6 +216,42 @@ def test_stress_grows_with_the_rate(lmp):
     assert again["f_tau"][-1] == pytest.approx(tau["rate 0.05 1"], rel=1e-6)
 
 
+REST = {"run": "run 3000 post no\nrun 0\n", "min": "fix hold all setforce 0 0 0\nminimize 0 1e-9 100 100\nunfix hold\nrun 0\n"}
+REST["minrun"] = REST["min"] + REST["run"]
+CHANGES = {  # what makes limits fall at rest: row, lines, how far bonds hold then
+    "rate": ("0.005 0 1.5 flow 0 1 1 1 rate 0.1 1", "", 0.005),
+    "temperature": ("0.005 0 1.5 flow 0 1 1 1 soften 293 775 1", "set group all temperature 534\n", 0.0025),
+    "plastic strain": ("0.005 0 1.5 flow 0 1 1 0.6 2 0.6", "fix_modify bonds plastic_strain all 1\n", 0.003),
+}
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (3, "on")])
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_minimization_has_the_limits_of_rest(lmp_decks, change, ranks, newton):
+    """As a run of the body that is held has in the end, and a run behind it changes nothing: no strain rate, the temperatures and plastic strains of now; the same heat of
+    the energy that bonds give up."""
+    row, lines, strain = CHANGES[change]
+    runs = {way: run.ok() for way, run in lmp_decks({way: stretched(row, newton, lines + rest) for way, rest in REST.items()}, ranks).items()}
+    force, heat = ({way: run.thermo()[name][-1] for way, run in runs.items()} for name in ("c_pull", "f_heat[1]"))
+    wanted = 80.0 * 8.0 * ((1.0 + strain) ** -4 - (1.0 + strain) ** -8) / 0.011  # of the first regime, at d = 0.011
+    assert force["run"] == pytest.approx(-wanted, rel=1e-3) and runs["run"].thermo(0)["c_pull"][-1] < -1.3 * wanted
+    force["in it"] = runs["min"].thermo(1)["c_pull"][-1]
+    assert force["min"] == pytest.approx(force["run"], rel=1e-4), "but for what the heat softens"
+    assert [force["in it"], force["minrun"]] == pytest.approx([force["min"]] * 2, rel=1e-4 if change == "temperature" else 1e-9)
+    assert heat["min"] == pytest.approx(heat["run"], rel=1e-4) and heat["minrun"] == pytest.approx(heat["min"], rel=1e-4)
+    assert heat["min"] > 1.001 * runs["min"].thermo(0)["f_heat[1]"][-1] > 0.0
+
+
+def test_a_limit_stays_below_the_strongest_strain(lmp_decks):
+    """Whatever the rate: beyond it a bond that is stretched further holds with less and gives back what flow should take."""
+    strongest = 2.0**0.25 - 1.0
+    rows = {"far above": "0.15 0 1.5 flow 0 1 1 1 rate 0.1 1", "just above": "0.15 0 1.5 rate 0.05 1", "below": "0.15 0 1.5 flow 0 1 1 1 rate 0.001 1"}
+    runs = lmp_decks({name: stretched(row, speed=20.0, steps=2000, dt=1e-7) for name, row in rows.items()}, 2)
+    found = {name: run.ok().thermo(0)["c_stretch"][-1] for name, run in runs.items()}
+    assert found["far above"] == pytest.approx(strongest, rel=1e-9) and found["just above"] == pytest.approx(strongest, rel=1e-9)
+    assert 0.15 < found["below"] < 0.153
+
+
 def test_a_temperature_that_is_set_between_runs(lmp):
     """Bonds beyond their limits of now are returned: the energies close, and stress falls with the limit."""
     text = sheared(more="compute press all pressure NULL pair fix\nfix tau all ave/time 5 60 300 c_press[4]")
@@ -264,6 +300,21 @@ compute sum all reduce sum c_flow""", step="timestep 1e-5", thermo=thermo(f"c_hi
     assert np.abs(table["f_heat"]).max() <= 1e-9 * table["f_heat[2]"][-1] and table["c_high"][-1] > 300.0
 
 
+@pytest.mark.parametrize("ranks, newton", [(1, "off"), (2, "off"), (3, "on"), (3, "off")])
+def test_ghosts_have_the_temperatures_of_their_atoms(lmp, lmp_decks, ranks, newton):
+    """As pair granular reads them, whether fix property/atom sends them or not, also of temperatures that are set between runs."""
+    way = "run 120\nset type 1 temperature 400\nrun 120\n"
+    right = lmp(hot_on_cold("ghost yes", "on", more=way)).ok()
+    decks = {(ghost, first): hot_on_cold(ghost, newton, first, way) for ghost in ("", "ghost yes") for first in ("evp/lj", "granular")}
+    for name, run in lmp_decks(decks, ranks).items():
+        for block in (0, 1):
+            table, wanted = run.ok().thermo(block), right.thermo(block)
+            assert abs(table["f_heat[2]"][-1]) < 1e-9, "what one plate loses the other takes"
+            for column in ("c_below", "c_above"):
+                assert table[column][-1] == pytest.approx(wanted[column][-1], abs=1e-6 if name[1] == "evp/lj" else 1e-2), (name, block, column)
+    assert right.thermo(0)["c_below"][-1] > 293.05
+
+
 SLIDING = """fix properties all property/atom temperature heatflow ghost yes
 set group all temperature 300
 pair_style hybrid evp/lj gran/hooke{history} 1e6 NULL 0 1e{damping} 0.4 1
@@ -301,6 +352,60 @@ def test_heat_of_friction(lmp, tmp_path, history, newton, ranks):
     assert end[0] == pytest.approx(end[1], rel=1e-6) and end[0] > 0.0
 
 
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (3, "on")])
+def test_friction_is_the_kinetic_energy_that_is_lost(lmp_decks, ranks, newton):
+    """Of two spheres that meet obliquely, of such that nearly roll on each other, and by each style: the same heat in the middle, across a periodic boundary and
+    across MPI ranks. What is not heat is the error of the normal springs, of second order in dt."""
+    meet, roll = {"newton": newton}, {"speed": 0.25, "across": 3.9, "apart": 0.0005, "gap": 1e-5, "spin": 700.0, "newton": newton, "dt": 2.5e-7, "steps": 1200}
+    places = {"middle": 0.0, "boundary": 0.055, "ranks": 0.005, "three ranks": 0.0217}
+    decks = {("meet", name): rubbing(place=place, **meet) for name, place in places.items()}
+    decks.update({("roll", name): rubbing(place=place, **roll) for name, place in places.items()})
+    decks["meet", "in pieces"] = rubbing(place=0.005, **meet).replace("run 1000\n", "run 430\nrun 20 pre no\ntimestep 4e-7\nrun 1375\n")
+    decks["meet", "short"] = rubbing(dt=2.5e-7, steps=4000, **meet)
+    decks.update({("slide", style): rubbing(style, across=3.9, spin=100.0, place=0.005, **meet) for style in ("gran/hooke", "gran/hooke/history", "gran/hertz/history")})
+    found = {name: lost_and_heat(run.ok()) for name, run in lmp_decks(decks, ranks).items()}
+    for (kind, place), (lost, heat) in found.items():
+        assert heat == pytest.approx(lost, rel=1e-3) and lost > 1e-6, (kind, place)
+        if (kind, "middle") in found and place not in ("short", "in pieces"):
+            assert heat == pytest.approx(found[kind, "middle"][1], rel=1e-9), (kind, place)
+    lost, heat = found["meet", "short"]
+    assert heat == pytest.approx(lost, rel=5e-5)
+
+
+def two_bodies_that_rub(style, heat):
+    """They meet obliquely and turn, pairs of both by a granular style; heat: line of the fix, or none."""
+    name, row = GRANULAR[style]
+    return head("on", boundary="s s s", skin=0.0008, before="comm_modify vel yes") + f"""{PROPERTIES}set group all temperature 300
+pair_style hybrid evp/lj contact repulsive plasticity isotropic {name}
+pair_coeff * * evp/lj {words(law.TABLE1)} density 2700 conductivity 100 capacity 900
+pair_coeff 1 2 {row}
+fix bonds all evp/bonds within type
+group two type 2
+velocity two set -20 15 5
+set type 2 omega 300 -200 100
+fix move all nve/sphere
+timestep 3e-7
+{heat}
+{dump(every=150, columns="x y z vx vy vz fx fy fz omegax omegay omegaz tqx tqy tqz")}run 300
+run 150
+"""
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_the_fix_does_not_change_the_motion(lmp_decks, tmp_path, ranks):
+    """By any granular style, though pairs slip and single() of pair granular moves what these remember: bit by bit."""
+    rng = np.random.default_rng(3)
+    one = 0.0102 * np.stack(np.meshgrid(*[np.arange(3.0)] * 3, indexing="ij"), axis=-1).reshape(-1, 3) + rng.uniform(-2e-4, 2e-4, (27, 3))
+    write_data(tmp_path / "body.data", np.concatenate([one, one + [0.0302, 0.003, 0.002]]), [0.005] * 54, [[-0.02, 0.07]] * 3, [1] * 27 + [2] * 27)
+    decks = {(style, heat): two_bodies_that_rub(style, heat) for style in GRANULAR for heat in ("", "fix heat all evp/heat every 10\nthermo_style custom step f_heat[1]")}
+    wrote = {}
+    for (style, heat), run in lmp_decks(decks, ranks).items():
+        wrote[style, heat != ""] = (run.ok().folder / "all.dump").read_text(encoding="utf-8")
+        assert not heat or run.thermo()["f_heat[1]"][-1] > 1e-4, f"control: it rubs, {style}"
+    for style in GRANULAR:
+        assert wrote[style, True] == wrote[style, False], style
+
+
 @pytest.mark.parametrize("parts, texts", [
     ({"coeff": PARTS["coeff"] + " conductivity -1"}, ["conductivity must be positive, got -1"]),
     ({"coeff": PARTS["coeff"] + " capacity 0"}, ["capacity must be positive, got 0"]),
@@ -308,7 +413,7 @@ def test_heat_of_friction(lmp, tmp_path, history, newton, ranks):
     ({"coeff": PARTS["coeff"] + " conductivity 100 density 2700"}, ["the row of the type of atom 1 lacks", "capacity CP"]),
     ({"coeff": PARTS["coeff"] + " conductivity 100 capacity 900"}, ["the row of the type of atom 1 lacks", "density RHO"]),
     ({"box": PARTS["box"]}, ["needs atoms with a temperature and a heat flow", "property/atom temperature heatflow"]),
-    ({"box": HEAT["box"] + "\nvariable odd atom 300*exp(1000*(id==3))\nset group all temperature v_odd"}, ["the temperature of atom 3 is negative or not finite"]),
+    ({"box": HEAT["box"] + "\nvariable odd atom 300*exp(1000*(id==3))\nset group all temperature v_odd"}, ["the temperature of atom 3 is not set (zero), negative or not finite"]),
     ({"fix": "fix heat all evp/heat", "thermo": ""}, ["needs fix evp/bonds"]),
     ({"fix": HEAT["fix"] + "\nfix more all evp/heat"}, ["fix heat is of this style too"]),
     ({"fix": HEAT["fix"] + "\nfix flow all heat/flow constant 900"}, ["atom 1 is of a fix heat/flow too"]),
@@ -340,6 +445,95 @@ def test_temperatures_that_are_set_are_not_in_the_account(lmp):
         table = run.thermo(block)
         assert np.abs(table["f_heat"]).max() < 1e-9 and np.abs(table["f_heat[5]"]).max() < 1e-9
     assert run.thermo(0)["f_heat[6]"][-1] > 899.0
+
+
+# ---- atoms that come later ----
+
+
+STATE = "write_evp_bonds end.bonds\nwrite_dump all custom end.dump id c_T x y z modify sort id format float %.17g\n"
+
+
+def means_of_neighbors(x, old, length):
+    """Temperatures of two layers of new spheres, by the distances alone: the lower one first, of the plate, then the upper one, of the lower."""
+    known = np.append(old, np.full(len(x) - len(old), np.nan))
+    while np.any(np.isnan(known)):
+        had = known.copy()
+        for i in np.flatnonzero(np.isnan(had)):
+            r = x - x[i]
+            r[:, :2] -= length * np.round(r[:, :2] / length)
+            near = (np.linalg.norm(r, axis=1) < 1.5 * 0.00707) & ~np.isnan(had)
+            if np.any(near):
+                known[i] = np.mean(had[near])
+    return known
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (3, "on")])
+def test_new_atoms_have_the_temperature_of_what_they_are_bonded_to(lmp, ranks, newton):
+    """Layer by layer, also where a restart file lies between, and after others were deleted, whose places in the arrays they take; a limit that has softened. One
+    that is given stays, by set and by a data file."""
+    come = "run 0\n" + LAYER
+    more = {"plain": come + "run 0\n" + STATE,
+            "deleted": "run 0\ngroup gone id 1\ndelete_atoms group gone compress no\nwrite_restart more.rst\n" + LAYER + "run 0\n" + STATE,
+            "given": come + "set region layer temperature 450\nrun 0\n" + STATE,
+            "restart": come + "write_restart state.rst\n"}
+    found = {}
+    for name, text in more.items():
+        run = lmp(plate(newton, more=text), ranks).ok()
+        if name == "restart":
+            run = lmp(plate(newton, start="state.rst", more="run 0\n" + STATE), 1 + ranks % 3).ok()
+        found[name] = run.dump("end.dump")[-1]
+    end = found["plain"]
+    n = int(np.sum(end["z"] < 0.0055))
+    assert set(end["c_T"][:n]) == {300.0, 600.0} and len(end["id"]) > n + 20
+    assert end["c_T"] == pytest.approx(means_of_neighbors(end.x, end["c_T"][:n], np.array([0.06, 0.03])), rel=1e-12)
+    assert found["restart"]["c_T"] == pytest.approx(end["c_T"], rel=1e-12)
+    assert np.all(found["given"]["c_T"][n:] == 450.0) and np.all(found["given"]["c_T"][:n] == end["c_T"][:n])
+    assert set(found["deleted"]["c_T"][: n - 1]) == {300.0, 600.0} and found["deleted"]["c_T"].min() == 300.0
+
+
+def test_a_data_file_gives_temperatures_to_new_atoms(lmp):
+    """Its section of fix property/atom, which LAMMPS reads before it tells fixes of the atoms."""
+    lmp(plate(more="run 0\nset group all temperature 450\nwrite_data plate.data nocoeff\n")).ok()
+    add = "read_data plate.data add append shift 0 0 0.012 fix temperature NULL temperature\n"
+    end = lmp(plate(more="run 0\n" + add + "run 0\n" + STATE), 2).ok().dump("end.dump")[-1]
+    old = len(end["id"]) // 2
+    assert np.all(end["c_T"][old:] == 450.0) and set(end["c_T"][:old]) == {300.0, 600.0}
+
+
+@pytest.mark.parametrize("ranks", [1, 3])
+def test_atoms_that_come_during_a_run(lmp, tmp_path, ranks):
+    """By fix deposit, onto the hot half; the account of heat has nothing of it."""
+    (tmp_path / "ball.mol").write_text("# one\n\n1 atoms\n\nCoords\n\n1 0 0 0\n\nTypes\n\n1 1\n\nDiameters\n\n1 0.00707\n\nMasses\n\n1 6.754e-4\n", encoding="utf-8")
+    deposit = """molecule ball ball.mol
+region drop block 0.0400001 0.0400002 0.0150001 0.0150002 0.0118 0.0119 units box
+fix drops all deposit 1 0 20 4711 region drop mol ball id next
+fix move all nve/noforce
+thermo 10
+"""
+    run = lmp(plate(more=deposit + thermo("atoms f_bonds f_heat f_heat[4]") + "run 40\n" + STATE), ranks).ok()
+    end = run.dump("end.dump")[-1]
+    assert end["c_T"][-1] == pytest.approx(600.0, abs=0.1) and end["id"][-1] == len(end["id"]) == run.thermo()["Atoms"][-1]
+    assert run.thermo()["f_bonds"][-1] > run.thermo()["f_bonds"][0] and abs(run.thermo()["f_heat"][-1]) < 1e-9
+
+
+@pytest.mark.parametrize("ranks", [1, 3])
+@pytest.mark.parametrize("choices, text, said", [
+    ({"temperature": ""}, "run 0\n", ["the temperature of atom 1 is not set (zero)", "use 'set ... temperature T'", "after read_restart"]),
+    ({"temperature": "set region hot temperature 600"}, "minimize 0 1e-9 5 5\n", ["the temperature of atom 1 is not set (zero)"]),
+    ({"new": "new no"}, "run 0\n" + LAYER + "run 0\n", ["came without a temperature", "use 'set ... temperature T' after it was created", "'new yes'"]),
+    ({}, "run 0\n" + LAYER + "group new region layer\ndisplace_atoms new move 0 0 0.015 units box\nminimize 0 1e-9 5 5\n",
+     ["came without a temperature", "no bond to an atom that has one"]),
+], ids=["none", "some", "new no", "too far"])
+def test_temperatures_that_nobody_gave(lmp, ranks, choices, text, said):
+    run = lmp(plate(**choices, more=text), ranks)
+    assert run.returncode == 1 and all(one in " ".join(run.stdout.split()) for one in said), run.stdout[-2000:]
+
+
+def test_temperatures_that_a_restart_lost(lmp):
+    """Fix property/atom with another ID knows nothing of them."""
+    lmp(plate(more="run 0\nwrite_restart state.rst\n"), 2).ok()
+    lost = plate(start="state.rst", more="run 0\n").replace("fix temperature all", "fix other all")
+    refused(lmp(lost, 2), "the temperature of atom 1 is not set (zero)", "after read_restart define fix property/atom first, with the ID that it had")
 
 
 # ---- what goes, comes late, or is not a run ----

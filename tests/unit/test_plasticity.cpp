@@ -257,3 +257,17 @@ TEST(Limit, IsTheTableOfTheRowOrThatOfTheSecondRegime)
   EXPECT_THROW(Limit{row}, BadInput) << "beyond the strongest strain";
   EXPECT_EQ(Limit()(0.5), std::numeric_limits<double>::infinity());
 }
+
+TEST(Limit, TimesAFactorStaysAtTheStrongestStrain)
+{
+  const double strongest = std::pow(2.0, 0.25) - 1.0;
+  Row row = TABLE2;
+  EXPECT_EQ(Limit(row)(0.0, 0.5), 0.0025);
+  EXPECT_EQ(Limit(row)(0.0, 2.0), 0.01);
+  EXPECT_EQ(Limit(row)(1e6, 0.5), 0.5 * Limit(row)(1e6));
+  EXPECT_DOUBLE_EQ(Limit(row)(1e6, 1.5), strongest);
+  row.xi_s = 0.15;
+  row.flow = {2, {0.0, 0.1}, {1.0, 1.2}};
+  EXPECT_DOUBLE_EQ(Limit(row)(0.1, 1.2), strongest);
+  EXPECT_EQ(Limit()(0.5, 0.1), std::numeric_limits<double>::infinity());
+}
