@@ -195,6 +195,11 @@ void PairEVPLJ::init_style()
 {
   if (!atom->radius_flag)
     error->all(FLERR, "Pair evp/lj needs particles with a radius: use 'atom_style sphere'");
+  if (utils::strmatch(force->pair_style, "^hybrid/scaled"))
+    error->all(FLERR,
+               "Pair evp/lj does not work in pair_style hybrid/scaled, which multiplies forces but "
+               "not energies, damping, flow and the stable timestep: use hybrid/overlay, and "
+               "multiply e1, e2 and gamma of the row");
   if (PairData::find(force) != &pair_data)
     error->all(FLERR,
                "Pair evp/lj can be one sub-style of pair_style hybrid only, as a pair has one deq: "

@@ -178,6 +178,10 @@ NAN = "variable nan atom 1e308*10-1e308*10\nset atom 1 "
 OTHERS = [
     # the pair style
     ({"style": "pair_style hybrid/overlay evp/lj evp/lj", "coeff": f"pair_coeff * * evp/lj 1 {ROW}\npair_coeff * * evp/lj 2 {ROW}"}, SECOND),
+    *(({"style": f"pair_style hybrid/scaled {scale} {styles}", "coeff": f"pair_coeff * * evp/lj {ROW}\npair_coeff * * zero"},
+       "Pair evp/lj does not work in pair_style hybrid/scaled, which multiplies forces but not energies, damping, flow and the stable timestep: use hybrid/overlay")
+      for scale, styles in (("0.5", "evp/lj contact repulsive 0.5 zero 1.0 nocoeff"), ("1.0", "evp/lj contact repulsive plasticity isotropic 1.0 zero 1.0 nocoeff"),
+                            ("1.0", "zero 1.0 nocoeff 2.0 evp/lj"))),
     ({"coeff": ""}, "pair coeffs are not set"), ({"units": "units si\npair_coeff * * " + ROW}, "simulation box is defined"),
     ({"box": TWO_TYPES, "coeff": f"pair_coeff 1 1 {ROW}\npair_coeff 2 2 {ROW}"}, "does not mix unlike types: give 'pair_coeff 1 2' a row of its own"),
     ({"box": TWO_TYPES, "coeff": f"pair_coeff 2* 1 {ROW}"}, "2* 1 names no pair of types I <= J"),
@@ -263,7 +267,7 @@ OTHERS = [
     ({"then": "compute dt all evp/dt\nprint $(c_dt)"}, "cannot be invoked before initialization by a run"),
     ({"then": "compute state all evp/state/atom", "after": "pair_style lj/cut 0.01\npair_coeff * * 1 1 0.01\nwrite_dump all custom s.dump id c_state[1]", **SEEN},
      "Compute state evp/state/atom needs the pairs of the current atoms"),
-    ({"thermo": "compute dt all evp/dt\nthermo_style custom step c_dt[6]"}, "out-of-range"), ({"thermo": "thermo_style custom step f_bonds[7]"}, "out-of-range"),
+    ({"thermo": "compute dt all evp/dt\nthermo_style custom step c_dt[6]"}, "out-of-range"), ({"thermo": "thermo_style custom step f_bonds[9]"}, "out-of-range"),
     ({"units": "units si\nvariable m_kv index 3\nread_evp_row good.evp:a m"}, "Cannot redefine"),
     # two dimensions
     ({**FLAT, "then": "fix volume all evp/volume 300"}, f"Fix volume evp/volume: the volume strain {SOLID}leave the fix out"),
