@@ -22,7 +22,6 @@ using namespace LAMMPS_NS;
 using namespace EVP;
 using scene::rows;
 
-static constexpr size_t LONGEST_LINE = 254;       // that read_data takes
 static constexpr double RESTART_FORMAT = 2008;    // first word of our section in restart files
 static constexpr double LONGEST_ID = 1000;
 
@@ -64,7 +63,6 @@ class PairTally final : public PairConsumer {
 
 PairEVPLJ::PairEVPLJ(LAMMPS *lmp) : Pair(lmp), pair_data(lmp, coefficients)
 {
-  writedata = 1;
   comm_forward = 3;    // velocities
   single_extra = NVALUES;
   svector = new double[NVALUES];
@@ -408,28 +406,6 @@ void PairEVPLJ::read_restart_settings(FILE *fp)
   pair_data.source.recorder.resize((size_t) words[7]);
   if (words[7] > 0.0) read_together(fp, pair_data.source.recorder.data(), (size_t) words[7]);
   offer_pair_values();
-}
-
-void PairEVPLJ::print_row(FILE *fp, const std::string &types, int i, int j) const
-{
-  const std::string text = types + ' ' + row_text(coefficients.row(i, j));
-  if (text.size() > LONGEST_LINE)
-    error->warning(FLERR,
-                   "Pair evp/lj: the row of types {} and {} is longer than {} characters, of which "
-                   "read_data would read no more: use write_data with nocoeff, or fewer digits",
-                   i, j, LONGEST_LINE);
-  fputs((text + "\n").c_str(), fp);
-}
-
-void PairEVPLJ::write_data(FILE *fp)
-{
-  for (int i = 1; i <= atom->ntypes; i++) print_row(fp, std::to_string(i), i, i);
-}
-
-void PairEVPLJ::write_data_all(FILE *fp)
-{
-  for (int i = 1; i <= atom->ntypes; i++)
-    for (int j = i; j <= atom->ntypes; j++) print_row(fp, fmt::format("{} {}", i, j), i, j);
 }
 
 void *PairEVPLJ::extract(const char *name, int &dim)

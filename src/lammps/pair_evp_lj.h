@@ -25,8 +25,6 @@ class PairEVPLJ : public Pair {
   void read_restart(FILE *) override;
   void write_restart_settings(FILE *) override;
   void read_restart_settings(FILE *) override;
-  void write_data(FILE *) override;
-  void write_data_all(FILE *) override;
 
   /// "pairs": the PairData, for the fixes and computes of this package. The coefficients but alpha by their
   /// names in the table, for fix adapt.
@@ -56,7 +54,6 @@ class PairEVPLJ : public Pair {
   }
   void sum_forces(bool damps);
   void stop_at_blow_up() const;
-  void print_row(FILE *, const std::string &types, int i, int j) const;
   void read_together(FILE *, void *data, size_t size) const;
 };
 

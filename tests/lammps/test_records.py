@@ -167,19 +167,25 @@ def test_many_bonds_stream(lmp, tmp_path):
 
 
 def test_coefficients_come_back_from_restart_and_data(lmp, tmp_path, reference):
-    """Three rows with exponents that are no integers; energies before and after are the same. Rows and measures of a restart file: test_rows.py."""
+    """Three rows with exponents that are no integers; energies before and after are the same. Rows and measures of a restart file: test_rows.py. A data
+    file has no coefficients, but those of older versions are read."""
     write_data(tmp_path / "two.data", reference.x, reference.radius, reference.box, 1 + np.arange(500) % 2)
     rows = "\n".join(["pair_coeff 1 1 80.1 8 4 3 7.53 3.21 0.00512345678901 0 1.45",
                       "pair_coeff 1 2 70.7 8.5 4 3.3 8 4 0.006 12.5 1.5", "pair_coeff 2 2 60 6 3 3 8 4 0.005 0 1.4"])
     show = "\n" + thermo("pe") + "run 0\n"
     first = head(start="read_data two.data") + "pair_style evp/lj contact repulsive overlap 0.45\n" + rows + show
     starts = (first + "write_restart two.restart\nwrite_data all.data pair ij\n", head(start="read_restart two.restart") + show,
-              head(start="pair_style evp/lj contact repulsive\nread_data all.data") + show, first.replace("70.7", "99.9"))
-    runs = [lmp(text).ok() for text in starts]
+              head(start="pair_style evp/lj contact repulsive\nread_data older.data") + show, first.replace("70.7", "99.9"))
+    runs = []
+    for text in starts:
+        runs.append(lmp(text).ok())
+        data = (tmp_path / "all.data").read_text(encoding="utf-8")
+        assert "Coeffs" not in data
+        (tmp_path / "older.data").write_text(data.replace("\nAtoms", "\nPairIJ Coeffs # evp/lj\n\n" + rows.replace("pair_coeff ", "") + "\n\nAtoms"), encoding="utf-8")
     energy, restarted, read, other = (run.thermo()["PotEng"][0] for run in runs)
     assert abs(energy) > 0.1 and abs(other / energy - 1.0) > 1e-3, "control: the rows matter"
     assert restarted == energy and "contact repulsive" in runs[1].stdout and "overlap warning above 0.45" in runs[1].stdout
-    assert read == pytest.approx(energy, rel=1e-14)  # %.15g of the coefficients
+    assert read == pytest.approx(energy, rel=1e-14)  # positions of the data file
 
 
 # ---- which atoms are one body goes through restart files and, in the header, through bond files; and is refused where it would change ----
