@@ -300,11 +300,11 @@ class BondStore {
     if (id_of(i) < partner) counted.begun++;
   }
 
-  /// The partner of a bond of atom i was deleted. The slips that wait are those of the bonds that are left; with history only.
+  /// The partner of a bond of atom i was deleted. The slips that wait are those of the bonds that are left.
   void forget(int i, int64_t partner)
   {
+    if (!erase(i, partner) || !with_history || !(spheres[i].bonds > 0.0)) return;
     Sphere &own = spheres[i];
-    if (!erase(i, partner) || !(own.bonds > 0.0)) return;
     own.slip *= (own.bonds - 1.0) / own.bonds;
     own.bonds -= 1.0;
   }

@@ -486,8 +486,7 @@ int64_t PairHistories::find_far()
       add(far_away[k].first, records->of(far_away[k].first)[far_away[k].second],
           directory.entries.at(partners[k]));
   }
-  for (const auto &[i, partner] : deleted)
-    if (rules.has_history()) records->forget(i, partner);
+  for (const auto &[i, partner] : deleted) records->forget(i, partner);
   return (int64_t) far.size() + without_pair;
 }
 

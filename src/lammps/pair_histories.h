@@ -98,8 +98,8 @@ class PairHistories : protected Pointers {
   void return_to(const BondStore &, VolumeForces *volume);
 
   /// Collective, in the packing of a new neighbor list. Which bonds does it not have, as they are past its end? Returns how
-  /// many records of own atoms these are, with those whose partner is deleted or has another pair style. Where bonds flow
-  /// or end the records of those whose partner is deleted go.
+  /// many records of own atoms these are, with those whose partner is deleted or has another pair style. Records of
+  /// deleted partners go.
   int64_t find_far();
   void forget_far() { far.clear(); }
 

@@ -4,6 +4,7 @@
 A refused recording leaves fix evp/bonds as it was, so that a program may mend the cause and run again. On other ranks: test_matrix.py."""
 
 import os
+import struct
 import subprocess
 
 import lammps_run
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 from evp import law
 from flowing import MOVE as MOVE_FLOWING
-from flowing import flowing_pair
+from flowing import flowing_pair, read_pairs
 from hostile import refused
 from lammps_run import REFERENCE, write_data
 from library import SHOWN, run_program
@@ -294,6 +295,23 @@ write_restart gone.restart
         rows = [run.thermo(0), run.thermo(1), lmp(again, later).ok().thermo()]
         assert [(table["Atoms"][-1], table["f_bonds"][-1], table["f_bonds[1]"][-1], table["f_bonds[5]"][-1]) for table in rows] == [
             (2, 2, 0, 1), (1, 2, 1, 1), (1, 2, 1, 1)]
+
+
+@pytest.mark.parametrize("style, more", [("literal", "fix energy all evp/energy\n"), ("literal", "fix volume all evp/volume 500\n"), ("none break 0.5", "")])
+def test_records_of_deleted_partners_go(lmp, tmp_path, bar, style, more):
+    """Else they would be looked for at each neighbor build. They count as before: as recorded, and as not acting, after a restart too."""
+    gone = 90
+    partners = sum(gone in pair for pair in bar.bonds)
+    columns = thermo("f_bonds f_bonds[1]") + "thermo_modify lost ignore\n"
+    deleted, lost = f"group gone id {gone}\ndelete_atoms group gone compress no\n", f"set atom {gone} vx -1e9\n"
+    for ranks, newton, how in ((1, "on", deleted), (2, "off", lost), (3, "on", deleted)):
+        text = head(newton) + pair(contact=style) + more + MOVE + columns + f"timestep 1e-9\nrun 0\nwrite_restart whole.restart\n{how}"
+        run = lmp(text + "neigh_modify check no\nrun 3\nwrite_restart cut.restart\nwrite_evp_bonds cut.bonds\n", ranks).ok()
+        again = lmp(head(newton, start="read_restart cut.restart") + "fix bonds all evp/bonds\n" + more + MOVE + columns + "run 1\n", ranks % 3 + 1).ok()
+        assert [(table["f_bonds"][-1], table["f_bonds[1]"][-1]) for table in (run.thermo(), again.thermo())] == [(len(bar.bonds), partners)] * 2
+        whole, cut = ((tmp_path / f"{name}.restart").read_bytes().count(struct.pack("<q", gone)) for name in ("whole", "cut"))
+        assert whole > partners and cut == 0, "ID in the records of its partners"
+        assert len(read_pairs(tmp_path / "cut.bonds").bonds) == len(bar.bonds) - partners, (ranks, how)
 
 
 @pytest.mark.parametrize("broken", ["contact none break 0.05", "contact repulsive plasticity isotropic break 0.05"])
