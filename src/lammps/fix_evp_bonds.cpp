@@ -121,6 +121,7 @@ void FixEVPBonds::init()
     measure();
   } else if (file.empty())
     check_zone();
+  if (events) events->begin(restarted_at);
 }
 
 // flow and breaking are known to the pair style in force only
@@ -451,6 +452,7 @@ void FixEVPBonds::restart(char *buf)
                "that wrote another format: use an older restart file, or that version",
                who);
   after_restart = false;    // this is the fix that the file knows
+  restarted_at = update->ntimestep;
   const bool recorded = words[2] != 0.0;
   bonds->keep_history(words[5] != 0.0);
   const BodyRule given = bonds->within, kept = (BodyRule) (int) words[6];

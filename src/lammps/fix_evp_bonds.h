@@ -85,6 +85,7 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   bool after_restart;        // a restart file with fixes was read before this fix was defined
   bool takes_new = false;    // atoms that come later get bonds too
   std::unique_ptr<EVP::EventFile> events;    // nullptr without
+  bigint restarted_at = -1;                  // step of the restart file that has the records
 
   std::shared_ptr<EVP::BondStore> bonds = std::make_shared<EVP::BondStore>();
   std::shared_ptr<const EVP::BondStore> shown = bonds;    // for readers

@@ -239,13 +239,18 @@ void PairHistories::end_at(int i, int j, const Stored &held, PairWork *work)
   if (const auto heat = this->heat()) heat->add(i, j, j < lists.nreact, held.total());
 }
 
-// of own atom i and j; of one whose partner is far j is i. Of two that meet it the one with the lower ID tells
+// of own atom i and j
 void PairHistories::note_event(int i, int j, tagint partner, BondEvent::Why why)
 {
+  if (keeps_events && !is_copy(i, j)) add_event(i, partner, Vector(atom->x[j]), why);
+}
+
+void PairHistories::add_event(int i, tagint partner, const Vector &place_of_partner,
+                              BondEvent::Why why)
+{
   const tagint own = atom->tag[i];
-  if (!keeps_events || (i == j ? own > partner : is_copy(i, j))) return;
   BondEvent event = {update->ntimestep, why, std::min(own, partner), std::max(own, partner), {}};
-  ((Vector(atom->x[i]) + Vector(atom->x[j])) * 0.5).store(event.place);
+  ((Vector(atom->x[i]) + place_of_partner) * 0.5).store(event.place);
   domain->remap(event.place);
   events.push_back(event);
 }
@@ -299,16 +304,19 @@ void PairHistories::begin_bonds(PairWork *work, VolumeForces *volume)
   begins.clear();
 }
 
-// each on the ranks of both of its atoms
+// each on the ranks of both of its atoms, of which that of the lower ID notes the event
 void PairHistories::end_far_bonds(PairWork *work)
 {
   if (!rules.has_history()) return;
-  for (const FarBond &bond : far) {
+  for (size_t n = 0; n < far.size(); n++) {
+    const FarBond &bond = far[n];
     const double sum_radii = atom->radius[bond.i] + bond.radius;
     const double rest = rules.of_ended(sum_radii, bond.cutoff).deq;
     journal.push_back(
         {bond.i, -1, bond.partner, rest, bond.at_dlim ? PairEvent::ENDED : PairEvent::FAILED});
-    note_event(bond.i, bond.i, bond.partner, bond.at_dlim ? BondEvent::AT_DLIM : BondEvent::FAILED);
+    if (keeps_events && atom->tag[bond.i] < bond.partner)
+      add_event(bond.i, bond.partner, far_partners[n],
+                bond.at_dlim ? BondEvent::AT_DLIM : BondEvent::FAILED);
     sums.of(bond.i, FlowSums::ENDED) += 1.0;
     sums.of(bond.i, FlowSums::WORK) += 0.5 * bond.state.dissipated;
     if (const auto heat = this->heat()) heat->add(bond.i, -1, false, bond.state.stored.total());
@@ -316,7 +324,7 @@ void PairHistories::end_far_bonds(PairWork *work)
       sums.of(bond.i, FlowSums::SLIP) +=
           std::fabs(log_of_ratio(bond.state.inv_deq, 1.0 / bond.deq));
   }
-  far.clear();
+  forget_far();
   if (work) work->end_beyond_list();
 }
 
@@ -457,6 +465,10 @@ int64_t PairHistories::find_far()
                    !(span.cutoff < dlim),
                    law.state(span.cutoff / bond.deq,
                              {1.0 / bond.deq, rules.flow_of_bonds(), limit, span.cutoff})});
+    if (!keeps_events) return;
+    double image[3];
+    domain->closest_image(x[i], partner.x, image);
+    far_partners.emplace_back(image);
   };
 
   std::vector<std::pair<int, int>> far_away;    // atom, slot: the partner is not even a ghost
@@ -477,7 +489,11 @@ int64_t PairHistories::find_far()
         is_near = is_near ||
             PairGeometry(x, i, at->second).dsq <= cutneighsq[atom->type[i]][atom->type[j]];
       if (!is_near || !types.handles(atom->type[i], atom->type[j]))
-        add(i, bond, {atom->type[j], atom->radius[j], rules.plastic ? limits[j] : 0.0});
+        add(i, bond,
+            {atom->type[j],
+             atom->radius[j],
+             rules.plastic ? limits[j] : 0.0,
+             {x[j][0], x[j][1], x[j][2]}});
     }
 
   if (on_any(!partners.empty(), world)) {

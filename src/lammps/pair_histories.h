@@ -101,7 +101,11 @@ class PairHistories : protected Pointers {
   /// many records of own atoms these are, with those whose partner is deleted or has another pair style. Records of
   /// deleted partners go.
   int64_t find_far();
-  void forget_far() { far.clear(); }
+  void forget_far()
+  {
+    far.clear();
+    far_partners.clear();
+  }
 
   /// What these bonds hold at their cutoffs, and dissipate on the way there [energy]. Where bonds end these do so at the
   /// next commit().
@@ -156,6 +160,7 @@ class PairHistories : protected Pointers {
   std::vector<PairEvent>
       journal;    // what the records have not been told; between two tellings bonds that have ended
   std::vector<FarBond> far;
+  std::vector<Vector> far_partners;    // nearest images of their partners; with events only
   FlowSums sums;
   // of own atoms and ghosts: plastic strains, where bonds end by them; with plasticity how far their bonds hold, see Limit
   std::vector<double> strains, limits;
@@ -174,6 +179,7 @@ class PairHistories : protected Pointers {
   bool take_given_strains();
   double limit_of(int law, int i, double of_partner) const;
   void note_event(int i, int j, tagint partner, BondEvent::Why);
+  void add_event(int i, tagint partner, const Vector &place_of_partner, BondEvent::Why);
   void warn_of_jumps();
   void add_contact(int i, const PackedPair &bond, double d, const Span &);
   template <class F> void for_each_limit(F &&);

@@ -367,6 +367,33 @@ def test_runs_resume_to_the_last_bit(lmp, lmp_decks, tmp_path, bar, name, ranks)
         assert sorted(ours) == sorted(theirs), step
 
 
+EVENTS = "fix bonds all evp/bonds events all.events\n"
+
+
+@pytest.mark.parametrize("broken", ["contact none break 0.05", "contact repulsive plasticity isotropic break 0.05"])
+def test_events_of_runs_that_go_on(lmp, tmp_path, bar, broken):
+    """After a restart the file goes on where the restart file was written, though the run before went further; a run that starts begins it anew, from a bond file too."""
+    file, style = tmp_path / "all.events", f"pair_style evp/lj {broken} overlap 0.7\npair_coeff * * 80 8 4 3 8 4 0.005 0 1.5\n"
+    move = "fix move all nve\ntimestep 3e-7\n"
+    for ranks, newton in ((1, "on"), (2, "off"), (3, "on")):
+        start = head(newton, sort="sort 0 0") + style + EVENTS + FLOWING_SWING + move
+        again = head(newton, start="read_restart half.restart", sort="sort 0 0") + EVENTS + move
+        file.write_text("17 lines of another run\n", encoding="utf-8")
+        lmp(start + "run 300\nwrite_restart half.restart\nwrite_data half.data nocoeff\nwrite_evp_bonds half.bonds\nrun 300\n", ranks).ok()
+        whole = file.read_text(encoding="utf-8")
+        steps = [int(line.split()[0]) for line in whole.splitlines()[1:]]
+        assert whole.startswith("# step i j what x y z\n") and sum(step <= 300 for step in steps) > 10 < sum(step > 300 for step in steps), "control"
+        file.write_text(whole[:-3], encoding="utf-8")  # killed as it wrote
+        for more in ("run 100\nrun 50\n", "run 300\n"):
+            lmp(again + more, ranks).ok()
+        assert file.read_text(encoding="utf-8") == whole, (ranks, newton)
+        file.unlink()
+        lmp(again + "run 300\n", ranks).ok()
+        assert file.read_text(encoding="utf-8").splitlines()[1:] == [line for line in whole.splitlines()[1:] if int(line.split()[0]) > 300]
+        lmp(head(newton, start="read_data half.data") + style + EVENTS.replace(" events", " file half.bonds events") + move + "run 0\n", ranks).ok()
+        assert file.read_text(encoding="utf-8") == "# step i j what x y z\n"
+
+
 # ---- what is not recorded, and who says so ----
 
 
