@@ -290,14 +290,14 @@ class BondReader {
   }
 
   BondHeader header;
-  std::vector<SphereLine> spheres;    ///< those read so far
 
-  /// Appends up to most pairs; false at the end of the file, where the counts must be met.
-  bool read(std::vector<BondLine> &pairs, size_t most)
+  /// Appends what up to most lines say; false at the end of the file, where the counts must be met.
+  bool read(std::vector<BondLine> &pairs, std::vector<SphereLine> &spheres, size_t most)
   {
-    const size_t before = pairs.size();
+    const size_t before = pairs.size(), spheres_before = spheres.size();
+    const size_t full = before + spheres_before + most;
     bool more = true;
-    while (more && pairs.size() < before + most)
+    while (more && pairs.size() + spheres.size() < full)
       more = at_next_line([&](const std::string &line) {
         const std::vector<std::string> words = split_words(line);
         if (!words.empty() && words[0] == "sphere")
@@ -307,17 +307,18 @@ class BondReader {
       });
     for (size_t k = before; k < pairs.size(); k++)
       (pairs[k].kind == BondLine::BOND ? bonds : contacts)++;
+    nspheres += (int64_t) (spheres.size() - spheres_before);
     if (more) return true;
     demand("bonds", bonds, header.bonds);
     demand("contacts", contacts, header.contacts);
-    demand("spheres", (int64_t) spheres.size(), header.spheres);
+    demand("spheres", nspheres, header.spheres);
     return false;
   }
 
  private:
   std::istream &in;
   std::string file;
-  int64_t bonds = 0, contacts = 0, line_number = 0;
+  int64_t bonds = 0, contacts = 0, nspheres = 0, line_number = 0;
 
   /// Takes a word of the header and its value, false if it is none of those that may be left out.
   bool add_keyword(const std::string &word, const std::string &value)

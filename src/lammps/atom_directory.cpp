@@ -55,13 +55,9 @@ AtomDirectory::AtomDirectory(LAMMPS *lmp, const std::vector<tagint> &ids, const 
   const Atom *atom = lmp->atom;
   const int me = lmp->comm->me;
   std::vector<Message> messages;
-  for (int i = 0; i < atom->nlocal; i++) {
-    const double *const x = atom->x[i];
+  for (int i = 0; i < atom->nlocal; i++)
     messages.push_back(
-        {atom->tag[i],
-         me,
-         {atom->type[i], atom->radius[i], values ? values[i] : 0.0, {x[0], x[1], x[2]}}});
-  }
+        {atom->tag[i], me, {atom->type[i], atom->radius[i], values ? values[i] : 0.0}});
   for (const tagint id : ids)
     if (entries.insert({id, {}}).second) messages.push_back({id, me, {}});
 

@@ -17,7 +17,6 @@ class AtomDirectory {
     int type;    ///< 0: there is no such atom
     double radius;
     double value;    ///< as given, else 0
-    double x[3];
   };
   tagint twice = 0;    ///< an ID that two atoms have; the same on all ranks
   std::unordered_map<tagint, Entry> entries;    ///< of the IDs asked for

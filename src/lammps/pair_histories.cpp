@@ -439,6 +439,20 @@ void PairHistories::tell_owners()
   for (const PairEvent &event : received) apply(event);
 }
 
+// Collective. Of atoms by ID, on any MPI rank
+std::vector<Vector> PairHistories::places_of(const std::vector<tagint> &ids) const
+{
+  std::vector<double> coordinates(atom->nlocal), found(3 * ids.size());
+  for (int c = 0; c < 3; c++) {
+    for (int i = 0; i < atom->nlocal; i++) coordinates[i] = atom->x[i][c];
+    const AtomDirectory directory(lmp, ids, coordinates.data());
+    for (size_t k = 0; k < ids.size(); k++) found[3 * k + c] = directory.entries.at(ids[k]).value;
+  }
+  std::vector<Vector> places(ids.size());
+  for (size_t k = 0; k < ids.size(); k++) places[k] = vector_of(found, (int) k);
+  return places;
+}
+
 int64_t PairHistories::find_far()
 {
   forget_far();
@@ -450,7 +464,8 @@ int64_t PairHistories::find_far()
   for (int k = 0; k < atom->nlocal + atom->nghost; k++) atoms.emplace_back(atom->tag[k], k);
   std::sort(atoms.begin(), atoms.end());
 
-  const auto add = [&](int i, const BondRecord &bond, const AtomDirectory::Entry &partner) {
+  const auto add = [&](int i, const BondRecord &bond, const AtomDirectory::Entry &partner,
+                       const Vector &place) {
     if (partner.type == 0 || !types.handles(atom->type[i], partner.type)) {
       without_pair++;
       if (partner.type == 0) deleted.emplace_back(i, (tagint) bond.partner);
@@ -466,8 +481,9 @@ int64_t PairHistories::find_far()
                    law.state(span.cutoff / bond.deq,
                              {1.0 / bond.deq, rules.flow_of_bonds(), limit, span.cutoff})});
     if (!keeps_events) return;
-    double image[3];
-    domain->closest_image(x[i], partner.x, image);
+    double from[3], image[3];
+    place.store(from);
+    domain->closest_image(x[i], from, image);
     far_partners.emplace_back(image);
   };
 
@@ -489,18 +505,17 @@ int64_t PairHistories::find_far()
         is_near = is_near ||
             PairGeometry(x, i, at->second).dsq <= cutneighsq[atom->type[i]][atom->type[j]];
       if (!is_near || !types.handles(atom->type[i], atom->type[j]))
-        add(i, bond,
-            {atom->type[j],
-             atom->radius[j],
-             rules.plastic ? limits[j] : 0.0,
-             {x[j][0], x[j][1], x[j][2]}});
+        add(i, bond, {atom->type[j], atom->radius[j], rules.plastic ? limits[j] : 0.0},
+            Vector(x[j]));
     }
 
   if (on_any(!partners.empty(), world)) {
     const AtomDirectory directory(lmp, partners, rules.plastic ? limits.data() : nullptr);
+    const std::vector<Vector> places = keeps_events ? places_of(partners)
+                                                    : std::vector<Vector>(partners.size());
     for (size_t k = 0; k < partners.size(); k++)
       add(far_away[k].first, records->of(far_away[k].first)[far_away[k].second],
-          directory.entries.at(partners[k]));
+          directory.entries.at(partners[k]), places[k]);
   }
   for (const auto &[i, partner] : deleted) records->forget(i, partner);
   return (int64_t) far.size() + without_pair;

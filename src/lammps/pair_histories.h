@@ -179,6 +179,7 @@ class PairHistories : protected Pointers {
   bool take_given_strains();
   double limit_of(int law, int i, double of_partner) const;
   void note_event(int i, int j, tagint partner, BondEvent::Why);
+  std::vector<Vector> places_of(const std::vector<tagint> &ids) const;
   void add_event(int i, tagint partner, const Vector &place_of_partner, BondEvent::Why);
   void warn_of_jumps();
   void add_contact(int i, const PackedPair &bond, double d, const Span &);

@@ -164,6 +164,27 @@ def test_many_bonds_stream(lmp, tmp_path):
     assert read_bonds(tmp_path / "b.bonds") == {f"{a} {b} {deq}" for a, b, deq in lines}
 
 
+@pytest.mark.parametrize("ranks", [1, 3])
+def test_many_spheres_stream(tmp_path, ranks):
+    """300 000 lines of spheres, 26 MB as numbers: no MPI rank has them all at once. Their atoms are not there, which is found at the end."""
+    text = [f"sphere {k} 0.1 0 0 5 5 0 0 0 0 0\n" for k in range(501, 300_501)]
+    for name, lines in (("one", text[:1]), ("all", text)):
+        (tmp_path / f"{name}.bonds").write_text(f"# EVP bonds COUNT: 0 SPHERES: {len(lines)} UNITS: si\n{''.join(lines)}", encoding="utf-8")
+    program = f"""
+def peak():
+    return next(int(line.split()[1]) / 1024 for line in open("/proc/self/status") if line.startswith("VmHWM"))
+found = []
+for name in ("one", "all"):
+    tell("clear", LOAD)
+    found += [tell({deck("file NAME.bonds")!r}.replace("NAME", name)), peak()]
+os.write(1, f"\\nMB {{found[3] - found[1]}} {{found[0] == found[2].replace('all', 'one')}} {{found[0]}}\\n".encode())
+"""
+    lines = [line.split(maxsplit=3) for line in run_program(program, tmp_path, ranks).stdout.splitlines() if line.startswith("MB")]
+    assert len(lines) == ranks
+    for _, more, same, message in lines:
+        assert float(more) < 10.0 and same == "True" and "names an atom that is not there, or twice" in message, lines
+
+
 # ---- restart and data files ----
 
 

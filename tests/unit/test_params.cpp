@@ -76,7 +76,8 @@ std::vector<BondLine> read_all(const std::string &text, const std::string &file 
   std::istringstream stream(text);
   EVP::BondReader reader(stream, file, "si");
   std::vector<BondLine> bonds;
-  while (reader.read(bonds, 3)) {}
+  std::vector<EVP::SphereLine> spheres;
+  while (reader.read(bonds, spheres, 3)) {}
   return bonds;
 }
 
@@ -347,16 +348,16 @@ TEST(BondReader, ReadsHeaderAndSpheresBackToTheLastBit)
                             EVP::sphere_text(other));
   EVP::BondReader reader(stream, "body.bonds", "si");
   std::vector<BondLine> bonds;
-  while (reader.read(bonds, 1)) {}
-  ASSERT_EQ(reader.spheres.size(), 2u);
+  std::vector<EVP::SphereLine> spheres;
+  while (reader.read(bonds, spheres, 1)) {}
+  ASSERT_EQ(spheres.size(), 2u);
   EXPECT_EQ(bonds.size(), 1u);
   EXPECT_EQ(reader.header.zone, 1.3);
   EXPECT_EQ(reader.header.counts.ended, 5);
   EXPECT_EQ(reader.header.counts.failed, 3);
   EXPECT_TRUE(reader.header.within == EVP::BodyRule::TYPE);
-  EXPECT_EQ(reader.spheres[1].id, 9);
-  for (int k = 0; k < EVP::SphereLine::NVALUES; k++)
-    EXPECT_EQ(reader.spheres[0].values[k], one.values[k]);
+  EXPECT_EQ(spheres[1].id, 9);
+  for (int k = 0; k < EVP::SphereLine::NVALUES; k++) EXPECT_EQ(spheres[0].values[k], one.values[k]);
 }
 
 TEST(BondReader, SkipsCommentsEmptyLinesAndDosLineEnds)
