@@ -121,14 +121,6 @@ class BondStore {
   const BondCounts &counts() const { return counted; }
   void set_counts(const BondCounts &counts) { counted = counts; }
 
-  /// A plastic strain for the spheres of a group, which waits for the next step that moves their limits.
-  struct GivenStrain {
-    std::string group;
-    int groupbit;
-    double p;
-  };
-  std::vector<GivenStrain> given_strains;
-
   /// By which PairRules::join it was found what keeps pairs from joining; within 0: by none.
   JoinRule joins_by;
 
@@ -179,6 +171,19 @@ class BondStore {
     volumes.assign(keep ? bonds.size() : 0, VolumeRecord{});
     reaches = 0.0;
   }
+
+  /// Do plastic strains that were given to atoms wait for their limits to move? The same on all MPI ranks. Starts or drops them.
+  bool has_given() const { return with_given; }
+  void keep_given(bool keep)
+  {
+    if (keep == with_given) return;
+    with_given = keep;
+    given_strains.assign(keep ? bonds.size() : 0, NOT_GIVEN);
+  }
+  double &given(int i) { return given_strains[i]; }
+  double given(int i) const { return with_given ? given_strains[i] : NOT_GIVEN; }
+  static constexpr double NOT_GIVEN = -1.0;
+
   VolumeRecord &volume(int i) { return volumes[i]; }
   const VolumeRecord &volume(int i) const { return volumes[i]; }
 
@@ -360,6 +365,7 @@ class BondStore {
     recorded_as.resize(natoms, 0);
     bonds.resize(natoms);
     if (with_volume) volumes.resize(natoms);
+    if (with_given) given_strains.resize(natoms, NOT_GIVEN);
     if (!with_history) return;
     const size_t had = spheres.size();
     remembered.resize(natoms);
@@ -375,6 +381,7 @@ class BondStore {
     recorded_as[to] = recorded_as[from];
     bonds[to] = bonds[from];
     if (with_volume) volumes[to] = volumes[from];
+    if (with_given) given_strains[to] = given_strains[from];
     if (!with_history) return;
     spheres[to] = spheres[from];
     remembered[to] = remembered[from];
@@ -386,16 +393,17 @@ class BondStore {
     recorded_as[i] = 0;
     bonds[i].clear();
     if (with_volume) volumes[i] = {};
+    if (with_given) given_strains[i] = NOT_GIVEN;
     if (!with_history) return;
     spheres[i] = {};
     remembered[i].clear();
   }
 
   /// Words of an atom: own ID, number of bonds, partner and deq of each; with history what the sphere keeps, the number of
-  /// pairs that remember, and these; with references these.
+  /// pairs that remember, and these; with references these; with given strains that.
   size_t words_of(int i) const
   {
-    const size_t words = 2 + 2 * bonds[i].size() + (with_volume ? VOLUME : 0);
+    const size_t words = 2 + 2 * bonds[i].size() + further_words();
     return with_history ? words + SPHERE + 1 + 3 * remembered[i].size() : words;
   }
 
@@ -411,14 +419,15 @@ class BondStore {
       for (const Remembered &one : remembered[i]) at = put(one, at);
     }
     if (with_volume) at = put(volumes[i], at);
+    if (with_given) at = put(given_strains[i], at);
     return (int) (at - buf);
   }
   /// Do the counts among the words of an atom make n words?
   bool fits(const double *words, size_t n) const
   {
     const size_t bonds = n > 1 ? (size_t) bits_as<uint64_t>(words[1]) : n;
-    if (bonds >= n || (with_volume && n < VOLUME)) return false;
-    if (with_volume) n -= VOLUME;
+    if (bonds >= n || n < further_words()) return false;
+    n -= further_words();
     const size_t size = 2 + 2 * bonds + (with_history ? SPHERE : 0);
     if (!with_history || size >= n) return !with_history && size == n;
     const size_t others = (size_t) bits_as<uint64_t>(words[size]);
@@ -436,19 +445,20 @@ class BondStore {
       for (Remembered &one : remembered[i]) at = unpack(at, one);
     }
     if (with_volume) at = unpack(at, volumes[i]);
+    if (with_given) at = unpack(at, given_strains[i]);
     return (int) (at - buf);
   }
 
   double memory_usage() const
   {
-    double bytes = bytes_of(bonds, recorded_as, spheres, remembered, volumes);
+    double bytes = bytes_of(bonds, recorded_as, spheres, remembered, volumes, given_strains);
     for (const Bonds &own : bonds) bytes += bytes_of(own);
     for (const auto &own : remembered) bytes += bytes_of(own);
     return bytes;
   }
 
  private:
-  bool with_history, with_volume = false;
+  bool with_history, with_volume = false, with_given = false;
   long version_now;
   bool recorded = false, closed = false;
   int64_t npairs = 0, highest = 0;
@@ -461,9 +471,12 @@ class BondStore {
   std::vector<std::vector<Remembered>> remembered;    // with history only
 
   std::vector<VolumeRecord> volumes;    // with references for fix evp/volume only
+  std::vector<double> given_strains;    // with given strains only; NOT_GIVEN for the other atoms
 
   static constexpr size_t SPHERE = sizeof(Sphere) / sizeof(double),
                           VOLUME = sizeof(VolumeRecord) / sizeof(double);
+
+  size_t further_words() const { return (with_volume ? VOLUME : 0) + (with_given ? 1 : 0); }
 
   template <class T> static double *put(const T &value, double *words)
   {

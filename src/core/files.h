@@ -190,7 +190,8 @@ inline Row row_from_text(const std::string &text, const std::string &file, const
 
 // The text file of recorded bonds: one header line, then `id_i id_j deq` a line. Where bonds flow or end there may follow
 // lines `contact id_i id_j deq`, `apart ...` and `inside ...` of pairs that are no bonds but remember (see Remembered), and
-// `sphere id p work slip bonds recorded rho0 G gap torn lost` of what spheres keep (see Sphere and VolumeReference).
+// `sphere id p work slip bonds recorded rho0 G gap torn lost [given]` of what spheres keep (see Sphere and
+// VolumeReference), and of a plastic strain that waits.
 //
 //     # EVP bonds COUNT: 2975 UNITS: si
 //     1 17 0.0101234
@@ -224,12 +225,14 @@ struct SphereLine {
   enum { P, WORK, SLIP, BONDS, RECORDED, RHO, SLOPE, GAP, TORN, LOST, NVALUES };
   int64_t id;
   double values[NVALUES];
+  double given = BondStore::NOT_GIVEN;    ///< a plastic strain that waits
 };
 
 inline std::string sphere_text(const SphereLine &sphere)
 {
   std::string text = "sphere " + std::to_string(sphere.id);
   for (const double value : sphere.values) text += " " + shortest_text(value);
+  if (sphere.given >= 0.0) text += " " + shortest_text(sphere.given);
   return text + "\n";
 }
 
@@ -384,8 +387,10 @@ class BondReader {
 
   static SphereLine parse_sphere(const std::vector<std::string> &words)
   {
-    if (words.size() != 2 + SphereLine::NVALUES)
-      throw BadInput("expected 'sphere id p work slip bonds recorded rho0 G gap torn lost', got " +
+    constexpr size_t WORDS = 2 + SphereLine::NVALUES;
+    if (words.size() != WORDS && words.size() != WORDS + 1)
+      throw BadInput("expected 'sphere id p work slip bonds recorded rho0 G gap torn lost', and "
+                     "maybe a plastic strain that was given, got " +
                      std::to_string(words.size()) + " words");
     SphereLine sphere = {parse_whole("id", words[1], 1), {}};
     for (int k = 0; k < SphereLine::NVALUES; k++) {
@@ -397,6 +402,12 @@ class BondReader {
     }
     for (const int k : {SphereLine::BONDS, SphereLine::RECORDED})
       (void) parse_whole("a number of bonds", words[2 + k], 0);
+    if (words.size() > WORDS) {
+      sphere.given = parse_number("a plastic strain that was given", words[WORDS]);
+      if (!(sphere.given >= 0.0))
+        throw BadInput("a plastic strain that was given must be zero or positive, got " +
+                       shown(words[WORDS]));
+    }
     return sphere;
   }
 

@@ -286,7 +286,12 @@ void BondRecording::give_to(BondStore &store)
     store.joins_by = joins_by;
     for (size_t i = 0; i < remembered.size(); i++) store.remembered_of((int) i) = remembered[i];
   }
+  bool any_given = false;
+  for (const auto &[i, sphere] : spheres) any_given = any_given || sphere.given >= 0.0;
+  if (on_any(any_given, world)) store.keep_given(true);
   for (const auto &[i, sphere] : spheres) {
+    if (sphere.given >= 0.0 && store.given(i) < 0.0)    // what fix_modify has given since is later
+      store.given(i) = sphere.given;
     const auto &[p, work, slip, bonds, recorded, rho, slope, gap, torn, lost] = sphere.values;
     if (store.has_history()) store.sphere(i) = {p, work, slip, bonds, recorded};
     if (store.has_volume()) store.volume(i).reference = {{rho, slope}, gap, torn, lost};

@@ -70,7 +70,6 @@ const BondStore &WriteEVPBonds::find_records() const
                "'run 0' before",
                bonds->id);
   bonds->return_histories();
-  bonds->warn_of_given_strains();
   bonds->check_ids();
   return bonds->records();
 }
@@ -113,11 +112,13 @@ std::string WriteEVPBonds::lines_of_spheres(const BondStore &records, BondHeader
     const Sphere own = records.has_history() ? records.sphere(i) : Sphere{0.0, 0.0, 0.0, n, n};
     return SphereLine{atom->tag[i],
                       {own.p, own.work, own.slip, own.bonds, own.recorded, rest.own.rho,
-                       rest.own.slope, rest.gap, rest.torn, rest.lost}};
+                       rest.own.slope, rest.gap, rest.torn, rest.lost},
+                      records.given(i)};
   };
   const auto has_changed = [&](int i) {
     return (records.has_history() && !records.sphere(i).is_new(records.of(i).size())) ||
-        (records.has_volume() && records.volume(i).reference.torn != 0.0);
+        (records.has_volume() && records.volume(i).reference.torn != 0.0) ||
+        records.given(i) >= 0.0;
   };
   bool any = false;
   for (int i = 0; i < atom->nlocal; i++) any = any || has_changed(i);

@@ -83,8 +83,11 @@ int FixEVPBonds::modify_param(int narg, char **arg)
   stop_at_bad_input(error, who, [&] {
     const Keyword strain = {"plastic_strain", arg[2]};
     strain.demand(strain.number() >= 0.0, "must be zero or positive");
-    bonds->given_strains.push_back({arg[1], group->bitmask[given_group], strain.number()});
+    bonds->keep_given(true);
+    for (int i = 0; i < atom->nlocal; i++)
+      if (atom->mask[i] & group->bitmask[given_group]) bonds->given(i) = strain.number();
   });
+  set_exchange_room();
   return 3;
 }
 
@@ -141,15 +144,9 @@ void FixEVPBonds::check_history() const
                "{}: bonds have flowed or ended, which this pair_style would forget: give it the "
                "'plasticity' and 'break' that it had",
                who);
-  if (!rules.plastic && !bonds->given_strains.empty())
+  if (!rules.plastic && bonds->has_given())
     error->all(FLERR,
                "{}: fix_modify plastic_strain needs 'plasticity isotropic' of the pair style", who);
-  for (const auto &given : bonds->given_strains)
-    if (group->find(given.group) < 0)
-      error->all(FLERR,
-                 "{}: fix_modify plastic_strain: group '{}' was deleted before the run that was to "
-                 "apply it",
-                 who, given.group);
   const bool heats = scene::find_fix(modify, "evp/heat") != nullptr;
   if (!rules.has_history() && !heats) return;
   for (int k = 0; k < modify->nfix && modify->fix[k] != this; k++) {
@@ -302,6 +299,7 @@ void FixEVPBonds::setup_pre_force(int /*vflag*/)
     record();
   else
     take_new_atoms();
+  pair_data->histories.begin_set_up();
 }
 
 void FixEVPBonds::pre_force(int /*vflag*/)
@@ -403,20 +401,9 @@ int FixEVPBonds::unpack_exchange(int i, double *buf)
   return words;
 }
 
-void FixEVPBonds::warn_of_given_strains() const
-{
-  if (!bonds->given_strains.empty() && comm->me == 0)
-    error->warning(
-        FLERR,
-        "{}: a file that is written now does not have the plastic strains of fix_modify, "
-        "which wait for a run: give them again where it is read",
-        who);
-}
-
 void FixEVPBonds::write_restart(FILE *fp)
 {
   return_histories();
-  warn_of_given_strains();
   const auto [ended, failed, begun] = counts();
   std::vector<double> words = {RESTART_FORMAT,
                                bonds->zone,
@@ -432,7 +419,8 @@ void FixEVPBonds::write_restart(FILE *fp)
                                (double) begun,
                                bonds->joins_by.within,
                                (double) bonds->joins_by.all,
-                               (double) failed};
+                               (double) failed,
+                               (double) bonds->has_given()};
   const std::vector<double> measures = bonds->measures.words();
   words.insert(words.end(), measures.begin(), measures.end());
   const int size = (int) (words.size() * sizeof(double));
@@ -446,7 +434,7 @@ void FixEVPBonds::restart(char *buf)
 {
   const auto *words = reinterpret_cast<const double *>(buf);
   BondMeasures measures;
-  if (words[0] != RESTART_FORMAT || !measures.unpack(words + 15, atom->ntypes))
+  if (words[0] != RESTART_FORMAT || !measures.unpack(words + 16, atom->ntypes))
     error->all(FLERR,
                "{}: its section of the restart file is damaged, or from a version of this package "
                "that wrote another format: use an older restart file, or that version",
@@ -463,6 +451,7 @@ void FixEVPBonds::restart(char *buf)
                      : BondCounts{});
   bonds->joins_by = {words[12], words[13] != 0.0};
   bonds->keep_volume(words[8] != 0.0);
+  bonds->keep_given(words[15] != 0.0);
   bonds->reaches = words[9];
   bonds->exclusions = words[10];
   bonds->measures = measures;

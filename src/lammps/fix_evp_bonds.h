@@ -73,9 +73,6 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   /// Collective. Stops if an atom of any MPI rank is not the one recorded under its ID.
   void check_ids() const;
 
-  /// Of fix_modify, which are not in the records yet.
-  void warn_of_given_strains() const;
-
   /// Collective. Brings the records up to the last commit() of the pairs.
   void return_histories();
 

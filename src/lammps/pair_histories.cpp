@@ -32,6 +32,11 @@ void PairHistories::begin_run(BondStore *records_in, PerAtomComm *exchange_in, b
   every = scene::find_fix(modify, "nve/evp") ? 1 : EVERY;
 }
 
+void PairHistories::begin_set_up()
+{
+  if (update->whichflag == 2) limits_due = rules.plastic && records->has_given();
+}
+
 // by the number of the step, so that neither neighbor builds nor MPI ranks nor restarts matter. Between runs temperatures
 // and plastic strains may have been set
 void PairHistories::begin_step()
@@ -39,7 +44,7 @@ void PairHistories::begin_step()
   if (update->whichflag != 1) return;
   const auto heat = this->heat();
   heat_due = heat && heat->is_due();
-  const bool was_set = !records->given_strains.empty() ||
+  const bool was_set = records->has_given() ||
       (heat && update->ntimestep == update->firststep + 1 &&
        on_any(heat->factors_are_old(), world));
   limits_due = rules.plastic && (update->ntimestep % every == 0 || heat_due || was_set);
@@ -117,7 +122,8 @@ void PairHistories::move_limits(PairWork *work)
     for (int i = 0; i < lists.nlocal; i++) heat->take_strain(i, records->sphere(i).p);
     heat->take_factors();
   }
-  const bool were_given = take_given_strains();
+  const bool were_given = records->has_given();
+  if (were_given) take_given_strains();
   share_limits();
   for_each_limit([&](double &limit, double now, PairList &list, int i, int n) {
     const double before = std::exchange(limit, now);
@@ -125,17 +131,15 @@ void PairHistories::move_limits(PairWork *work)
   });
 }
 
-bool PairHistories::take_given_strains()
+void PairHistories::take_given_strains()
 {
-  const bool any = !records->given_strains.empty();
-  for (const auto &given : records->given_strains)
-    for (int i = 0; i < lists.nlocal; i++) {
-      if (!(atom->mask[i] & given.groupbit)) continue;
-      records->sphere(i).p = given.p;
-      if (const auto heat = this->heat()) heat->take_strain(i, given.p);    // no flow, so no rate
-    }
-  records->given_strains.clear();
-  return any;
+  for (int i = 0; i < lists.nlocal; i++) {
+    const double p = records->given(i);
+    if (p < 0.0) continue;
+    records->sphere(i).p = p;
+    if (const auto heat = this->heat()) heat->take_strain(i, p);    // no flow, so no rate
+  }
+  records->keep_given(false);
 }
 
 // of a pair of particle i

@@ -49,6 +49,9 @@ class PairHistories : protected Pointers {
     return rules.joins() ? &begins : nullptr;
   }
 
+  /// At set-up, before the forces. In a minimization plastic strains that were given are in force from here on.
+  void begin_set_up();
+
   /// At the beginning of a step of a run, before its forces.
   void begin_step();
 
@@ -176,7 +179,7 @@ class PairHistories : protected Pointers {
   void end_at(int i, int j, const Stored &held, PairWork *);
   void share_limits();
   void move_limits(PairWork *);
-  bool take_given_strains();
+  void take_given_strains();
   double limit_of(int law, int i, double of_partner) const;
   void note_event(int i, int j, tagint partner, BondEvent::Why);
   std::vector<Vector> places_of(const std::vector<tagint> &ids) const;

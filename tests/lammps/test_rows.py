@@ -156,7 +156,7 @@ def section(path, ntypes):
     """Of fix evp/bonds in a restart file: words of the measures; None where there are none."""
     data = path.read_bytes()
     name = b"evp/bonds\0"
-    start = data.index(name) + len(name) + 4 + 15 * 8
+    start = data.index(name) + len(name) + 4 + 16 * 8
     count = ntypes * (ntypes + 1)
     known, *words = struct.unpack_from(f"<{1 + count}d", data, start)
     return tuple(words) if known else None

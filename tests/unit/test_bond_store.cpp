@@ -64,15 +64,22 @@ TEST(BondStore, WordsBringRecordsAndHistoryToAnotherPlace)
       store.sphere(2) = own;
       store.remembered_of(2).push_back({12, 0.875, Remembered::CONTACT});
     }
+    store.keep_given(true);
+    store.given(2) = 0.25;
     std::vector<double> words(store.words_of(2));
     ASSERT_EQ(store.pack(2, words.data()), (int) words.size());
 
     BondStore other(with_history);
+    EXPECT_FALSE(other.fits(words.data(), words.size()));
+    other.keep_given(true);
     other.grow(2);
+    EXPECT_TRUE(other.fits(words.data(), words.size()));
     ASSERT_EQ(other.unpack(1, words.data()), (int) words.size());
     other.copy(1, 0);
     other.clear(1);
     EXPECT_TRUE(other.of(1).empty());
+    EXPECT_EQ(other.given(0), 0.25);
+    EXPECT_EQ(other.given(1), BondStore::NOT_GIVEN);
     expect_same(other.of(0), store.of(2));
     EXPECT_EQ(other.has_flowed(2), with_history);
     EXPECT_FALSE(recorded(with_history).has_flowed(4));
