@@ -5,6 +5,7 @@
 #include "atom_directory.h"
 #include "bond_recording.h"
 #include "collective.h"
+#include "core/seal.h"
 #include "scene.h"
 #include "user_input.h"
 
@@ -21,7 +22,8 @@
 using namespace LAMMPS_NS;
 using namespace EVP;
 
-static constexpr double RESTART_FORMAT = 2009;    // first word of our section in restart files
+static constexpr double RESTART_FORMAT = 2010;    // first word of our section in restart files
+static constexpr size_t SECTION = 16;             // words of it in front of the measures
 
 // fix ID group evp/bonds [zone Z | file FILE] [within type|molecule] [new yes|no] [events FILE]
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
@@ -421,8 +423,9 @@ void FixEVPBonds::write_restart(FILE *fp)
                                (double) bonds->joins_by.all,
                                (double) failed,
                                (double) bonds->has_given()};
-  const std::vector<double> measures = bonds->measures.words();
+  const std::vector<double> measures = bonds->measures.words(atom->ntypes);
   words.insert(words.end(), measures.begin(), measures.end());
+  seal(words);
   const int size = (int) (words.size() * sizeof(double));
   if (comm->me == 0) {
     fwrite(&size, sizeof(int), 1, fp);
@@ -433,8 +436,8 @@ void FixEVPBonds::write_restart(FILE *fp)
 void FixEVPBonds::restart(char *buf)
 {
   const auto *words = reinterpret_cast<const double *>(buf);
-  BondMeasures measures;
-  if (words[0] != RESTART_FORMAT || !measures.unpack(words + 16, atom->ntypes))
+  if (words[0] != RESTART_FORMAT ||
+      !is_sealed(words, SECTION + BondMeasures::words_of(atom->ntypes) + 1))
     error->all(FLERR,
                "{}: its section of the restart file is damaged, or from a version of this package "
                "that wrote another format: use an older restart file, or that version",
@@ -454,7 +457,7 @@ void FixEVPBonds::restart(char *buf)
   bonds->keep_given(words[15] != 0.0);
   bonds->reaches = words[9];
   bonds->exclusions = words[10];
-  bonds->measures = measures;
+  bonds->measures.unpack(words + SECTION, atom->ntypes);
   const bool differs = !file.empty() || (zone > 0.0 && zone != words[1]) ||
       (given != BodyRule::ALL && given != kept);
   if (recorded && comm->me == 0 && differs)
@@ -471,14 +474,16 @@ int FixEVPBonds::pack_restart(int i, double *buf)
 {
   // the first word is read as a plain number by every fix that skips this record
   const int n = 1 + bonds->pack(i, buf + 1);
-  buf[0] = n;
-  return n;
+  buf[0] = n + 1;
+  buf[n] = seal_of(buf, n);
+  return n + 1;
 }
 
 void FixEVPBonds::unpack_restart(int nlocal, int nth)
 {
   double *record = scene::find_restored(atom, nlocal, nth);
-  if (!record || !bonds->fits(record + 1, (size_t) record[0] - 1))
+  const size_t n = record ? (size_t) record[0] : 0;
+  if (!is_sealed(record, n) || n < 2 || !bonds->fits(record + 1, n - 2))
     error->one(FLERR,
                "{}: the bonds of atom {} in the restart file are damaged, or the atom is not from "
                "that file: define the fix right after read_restart",

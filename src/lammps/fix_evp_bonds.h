@@ -65,8 +65,9 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   void restart(char *) override;
   int pack_restart(int, double *) override;
   void unpack_restart(int, int) override;
-  int size_restart(int i) override { return 1 + (int) bonds->words_of(i); }
-  int maxsize_restart() override { return 1 + maxexchange; }
+  // with their number in front, and a seal
+  int size_restart(int i) override { return 2 + (int) bonds->words_of(i); }
+  int maxsize_restart() override { return 2 + maxexchange; }
 
   const EVP::BondStore &records() const { return *bonds; }
 

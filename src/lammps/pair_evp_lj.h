@@ -54,7 +54,8 @@ class PairEVPLJ : public Pair {
   }
   void sum_forces(bool damps);
   void stop_at_blow_up() const;
-  void read_together(FILE *, void *data, size_t size) const;
+  void read_together(FILE *, std::vector<double> &words, size_t n) const;
+  void stop_at_damage(const std::string &where) const;
 };
 
 }    // namespace LAMMPS_NS

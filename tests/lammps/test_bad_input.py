@@ -445,7 +445,8 @@ def after(content, name):
 
 def at_record(content):
     """Where atom 1's record starts: its ID as recorded, and how many bonds it has."""
-    return min(k for k in (content.find(struct.pack("<qq", 1, count)) for count in range(5, 9)) if k >= 0)
+    return next(k for k in range(8, len(content) - 16) if content[k:k + 8] == struct.pack("<q", 1) and content[k + 9:k + 16] == bytes(7)
+                and struct.unpack_from("<d", content, k - 8)[0] in range(5, 200))
 
 
 def changed(content, at, bits):
@@ -469,6 +470,39 @@ def test_damaged_restart_files(saved, tmp_path):
     lines = [line for line in run_program(program, tmp_path).stdout.splitlines() if line[:1].isdigit()]
     for (_, text), line in zip(cases, lines, strict=True):
         assert text in line and int(line.split()[-1]) <= 3, line
+
+
+def sections(content):
+    """(from, to, message) of what is ours in a restart file of one type: settings of the pair style, its row, fix evp/bonds, each atom."""
+    settings, fix = after(content, b"evp/lj"), after(content, b"evp/bonds")
+    row = settings + 8 * (9 + 1 + 1)  # numbers, the ID of the fix, the seal
+    atom = at_record(content) - 8
+    return [(settings, row, SETTINGS_DAMAGED), (row, row + 91 * 8, "Pair evp/lj: the restart file is damaged in the coefficients of types 1 and 1"),
+            (fix + 4, fix + 4 + struct.unpack_from("<i", content, fix)[0], FIX_DAMAGED),
+            (atom, atom + 8 * int(struct.unpack_from("<d", content, atom)[0]), ATOM_DAMAGED)]
+
+
+@pytest.mark.parametrize("name", ["plain", "flows", "breaks"])
+def test_each_damaged_number_of_a_restart_file(saved, tmp_path, name):
+    """Bits, bytes and whole numbers, by chance: always one error, and the program goes on."""
+    rng, content, cases = np.random.default_rng(2026), saved[name], []
+    for start, end, text in sections(content):
+        words = (end - start) // 8
+        for kind in range(24):
+            word = start + 8 * (kind if kind < words and kind < 10 else int(rng.integers(words)))
+            damage = [1 << int(rng.integers(64)), int(rng.integers(1, 256)) << 8 * int(rng.integers(8)), *(
+                bits ^ int.from_bytes(content[word:word + 8], "little") for bits in (2**64 - 1, 1, 0x7FF0000000000000))][kind % 5]
+            changed_word = (int.from_bytes(content[word:word + 8], "little") ^ damage).to_bytes(8, "little")
+            if damage:
+                cases.append((content[:word] + changed_word + content[word + 8:], text, (word - start) // 8))
+    for number, (damaged_content, *_) in enumerate(cases):
+        (tmp_path / f"{number}.restart").write_bytes(damaged_content)
+    program = f"for number in range({len(cases)}):\n    tell('clear', LOAD)\n    os.replace(f'{{number}}.restart', 'r.restart')\n    say('case', number, tell({CONTINUE.format('')!r}))\n"
+    run = run_program(program, tmp_path)
+    lines = [line.split(maxsplit=2)[2] for line in run.stdout.splitlines() if line.startswith("case ")]
+    assert run.returncode == 0 and len(lines) == len(cases) > 80
+    wrong = [(text, word, line) for (_, text, word), line in zip(cases, lines) if text not in line]
+    assert not wrong, wrong[:5]
 
 
 @pytest.mark.parametrize("name, lines, text", [("plain", "", ATOM_DAMAGED), ("flows", FORGETFUL, FORGETS), ("breaks", FORGETFUL, FORGETS), ("flows", TEARING, FORGETS)])

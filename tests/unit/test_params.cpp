@@ -5,6 +5,7 @@
 
 #include "core/coefficients.h"
 #include "core/files.h"
+#include "core/seal.h"
 
 #include <cmath>
 #include <cstdlib>
@@ -436,6 +437,31 @@ void expect_factors(const EVP::Factors &found, double energies, double gamma, do
   EXPECT_NEAR(found.energies, energies, 8 * EPSILON * energies);
   EXPECT_NEAR(found.gamma, gamma, 8 * EPSILON * gamma);
   EXPECT_NEAR(found.kv, kv, 8 * EPSILON * kv);
+}
+
+TEST(Seal, ShowsEachChangedBitOfARowAndItComesBack)
+{
+  EVP::Row row;
+  row.e1 = 80.0;
+  row.limit_own = 1.0;
+  row.rate_rate0 = 1e-3;
+  row.flow.n = 2;
+  row.flow.p[1] = 0.25;
+  row.flow.y[0] = row.flow.y[1] = 1.0;
+  std::vector<double> words = EVP::words_of(row);
+  ASSERT_EQ(words.size(), (size_t) EVP::ROW_WORDS);
+  EXPECT_TRUE(EVP::row_of_words(words.data()) == row);
+  EVP::seal(words);
+  ASSERT_TRUE(EVP::is_sealed(words.data(), words.size()));
+  EXPECT_FALSE(EVP::is_sealed(words.data(), words.size() - 1));
+  EXPECT_FALSE(EVP::is_sealed(nullptr, 0));
+  for (double &word : words)
+    for (int bit = 0; bit < 64; bit++) {
+      const double before = word;
+      word = EVP::bits_as<double>(EVP::bits_as<uint64_t>(word) ^ uint64_t{1} << bit);
+      EXPECT_FALSE(EVP::is_sealed(words.data(), words.size()));
+      word = before;
+    }
 }
 
 }    // namespace
