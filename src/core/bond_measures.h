@@ -46,25 +46,27 @@ class BondMeasures {
 
   bool operator==(const BondMeasures &other) const { return values == other.values; }
 
-  /// For restart files: number of types and the measures.
-  std::vector<double> words() const
+  /// For restart files: how many words these are in a body of that many types.
+  static size_t words_of(int ntypes) { return 1 + (size_t) ntypes * (ntypes + 1); }
+
+  /// 1, or 0 where it is empty, and the measures.
+  std::vector<double> words(int ntypes_in) const
   {
-    std::vector<double> words = {(double) ntypes};
+    std::vector<double> words = {empty() ? 0.0 : 1.0};
     for (const BondMeasure &measure : values)
       words.insert(words.end(), {measure.spacing, measure.coordination});
+    words.resize(words_of(ntypes_in), 0.0);
     return words;
   }
 
-  /// Takes words(), empty or of a body of that many types; false if they are of another number.
-  bool unpack(const double *words, int ntypes_in)
+  /// Takes words() of a body of that many types.
+  void unpack(const double *words, int ntypes_in)
   {
-    if (words[0] != 0.0 && words[0] != ntypes_in) return false;
-    *this = BondMeasures((int) words[0]);
+    *this = BondMeasures(words[0] != 0.0 ? ntypes_in : 0);
     for (BondMeasure &measure : values) {
       measure = {words[1], words[2]};
       words += 2;
     }
-    return true;
   }
 
  private:

@@ -38,6 +38,13 @@ struct Remembered {
 };
 constexpr const char *REMEMBERED[] = {"contact", "apart", "inside", "joined"};    ///< for users
 
+/// Bonds that have changed since the recording.
+struct BondCounts {
+  int64_t ended = 0;     ///< for good
+  int64_t failed = 0;    ///< of these, at a strain; the others passed dlim
+  int64_t begun = 0;
+};
+
 /// What a sphere keeps beside its pairs.
 struct Sphere {
   double p;           ///< plastic strain
@@ -106,35 +113,38 @@ struct VolumeRecord {
 
 /// What the references were taken for. Empty where they have not been taken.
 struct VolumeScene {
-  std::vector<double>
-      reaches;    ///< of the pairs of types, i <= j: dlim, or the zone, over R_i + R_j
+  std::vector<double> reaches;    ///< of pairs of types, i <= j: dlim, or the zone, over R_i + R_j
   /// Rules by which pairs are kept out of the neighbor list: kind, two numbers and one.
   using Exclusion = std::array<double, 3>;
   std::vector<Exclusion> exclusions;    ///< in ascending order
 
-  /// For restart files.
-  std::vector<double> words() const
+  // for restart files
+
+  static constexpr size_t WORDS = 3;    ///< of an exclusion
+  static size_t words_of(int ntypes) { return 1 + (size_t) ntypes * (ntypes + 1) / 2; }
+
+  /// 1, or 0 where there are none, and the reaches.
+  std::vector<double> words_of_reaches(int ntypes) const
   {
-    std::vector<double> words = {(double) reaches.size(), (double) exclusions.size()};
+    std::vector<double> words = {reaches.empty() ? 0.0 : 1.0};
     words.insert(words.end(), reaches.begin(), reaches.end());
+    words.resize(words_of(ntypes), 0.0);
+    return words;
+  }
+  std::vector<double> words_of_exclusions() const
+  {
+    std::vector<double> words;
     for (const Exclusion &one : exclusions) words.insert(words.end(), one.begin(), one.end());
     return words;
   }
 
-  /// Takes words(), of which there are n at most; false where they cannot be that.
-  bool unpack(const double *words, size_t n)
+  /// Takes these words, of a body of that many types and of n exclusions.
+  void unpack(const double *of_reaches, int ntypes, const double *of_exclusions, size_t n)
   {
-    const auto is_count = [n](double word) {
-      return word >= 0.0 && word <= (double) n;
-    };
-    if (n < 2 || !is_count(words[0]) || !is_count(words[1])) return false;
-    const auto first = (size_t) words[0], second = (size_t) words[1];
-    if (2 + first + 3 * second > n) return false;
-    reaches.assign(words + 2, words + 2 + first);
-    exclusions.resize(second);
-    for (size_t k = 0; k < second; k++)
-      std::copy_n(words + 2 + first + 3 * k, 3, exclusions[k].begin());
-    return true;
+    reaches.assign(of_reaches + 1, of_reaches + (of_reaches[0] != 0.0 ? words_of(ntypes) : 1));
+    exclusions.resize(n);
+    for (size_t k = 0; k < n; k++)
+      std::copy_n(of_exclusions + WORDS * k, WORDS, exclusions[k].begin());
   }
 };
 
@@ -161,19 +171,9 @@ class BondStore {
   /// Pairs recorded, over all MPI ranks.
   int64_t count() const { return npairs; }
 
-  /// Bonds that have ended so far, as this MPI rank has counted them: their atoms may have gone since.
-  int64_t ended() const { return nended; }
-
-  /// Bonds that have begun since the recording, counted likewise.
-  int64_t begun() const { return nbegun; }
-
-  /// A plastic strain for the spheres of a group, which waits for the next step that moves their limits.
-  struct GivenStrain {
-    std::string group;
-    int groupbit;
-    double p;
-  };
-  std::vector<GivenStrain> given_strains;
+  /// Those that this MPI rank has counted: their atoms may have gone since.
+  const BondCounts &counts() const { return counted; }
+  void set_counts(const BondCounts &counts) { counted = counts; }
 
   /// By which PairRules::join it was found what keeps pairs from joining; within 0: by none.
   JoinRule joins_by;
@@ -210,7 +210,7 @@ class BondStore {
     with_history = keep;
     spheres.clear();
     remembered.clear();
-    nended = nbegun = 0;
+    counted = {};
     joins_by = {};
     grow((int) bonds.size());
     changed();
@@ -226,6 +226,19 @@ class BondStore {
     if (!keep) forget_joined();
     volume_scene = {};
   }
+
+  /// Do plastic strains that were given to atoms wait for their limits to move? The same on all MPI ranks. Starts or drops them.
+  bool has_given() const { return with_given; }
+  void keep_given(bool keep)
+  {
+    if (keep == with_given) return;
+    with_given = keep;
+    given_strains.assign(keep ? bonds.size() : 0, NOT_GIVEN);
+  }
+  double &given(int i) { return given_strains[i]; }
+  double given(int i) const { return with_given ? given_strains[i] : NOT_GIVEN; }
+  static constexpr double NOT_GIVEN = -1.0;
+
   VolumeRecord &volume(int i) { return volumes[i]; }
   const VolumeRecord &volume(int i) const { return volumes[i]; }
 
@@ -262,18 +275,16 @@ class BondStore {
     }
     volume_scene = {};
     joins_by = {};
-    restore(true, npairs_in, highest_in, 0, 0);
+    restore(true, npairs_in, highest_in, {});
   }
 
-  /// Takes what a restart file says of all records; those of the atoms follow by unpack(). ended, begun: on one MPI rank.
-  void restore(bool recorded_in, int64_t npairs_in, int64_t highest_in, int64_t ended_in,
-               int64_t begun_in)
+  /// Takes what a restart file says of all records; those of the atoms follow by unpack(). counts: on one MPI rank.
+  void restore(bool recorded_in, int64_t npairs_in, int64_t highest_in, const BondCounts &counts)
   {
     recorded = recorded_in;
     npairs = npairs_in;
     highest = highest_in;
-    nended = ended_in;
-    nbegun = begun_in;
+    counted = counts;
     changed();
   }
 
@@ -342,14 +353,11 @@ class BondStore {
   }
 
   /// A bond of atom i has ended. The atom with the lower ID counts it.
-  void end(int i, int64_t partner)
+  void end(int i, int64_t partner, bool failed)
   {
-    if (erase(i, partner) && id_of(i) < partner) nended++;
-  }
-  void count(int64_t more_ended, int64_t more_begun)
-  {
-    nended += more_ended;
-    nbegun += more_begun;
+    if (!erase(i, partner) || id_of(i) > partner) return;
+    counted.ended++;
+    counted.failed += failed;
   }
 
   /// A bond of atom i begins. The atom with the lower ID counts it.
@@ -360,14 +368,14 @@ class BondStore {
     const auto at = std::lower_bound(own.begin(), own.end(), bond, precedes);
     if (at != own.end() && at->partner == partner) return;
     own.insert(at, bond);
-    if (id_of(i) < partner) nbegun++;
+    if (id_of(i) < partner) counted.begun++;
   }
 
-  /// The partner of a bond of atom i was deleted. The slips that wait are those of the bonds that are left; with history only.
+  /// The partner of a bond of atom i was deleted. The slips that wait are those of the bonds that are left.
   void forget(int i, int64_t partner)
   {
+    if (!erase(i, partner) || !with_history || !(spheres[i].bonds > 0.0)) return;
     Sphere &own = spheres[i];
-    if (!erase(i, partner) || !(own.bonds > 0.0)) return;
     own.slip *= (own.bonds - 1.0) / own.bonds;
     own.bonds -= 1.0;
   }
@@ -423,6 +431,7 @@ class BondStore {
     recorded_as.resize(natoms, 0);
     bonds.resize(natoms);
     if (with_volume) volumes.resize(natoms);
+    if (with_given) given_strains.resize(natoms, NOT_GIVEN);
     if (!with_history) return;
     const size_t had = spheres.size();
     remembered.resize(natoms);
@@ -438,6 +447,7 @@ class BondStore {
     recorded_as[to] = recorded_as[from];
     bonds[to] = bonds[from];
     if (with_volume) volumes[to] = volumes[from];
+    if (with_given) given_strains[to] = given_strains[from];
     if (!with_history) return;
     spheres[to] = spheres[from];
     remembered[to] = remembered[from];
@@ -449,16 +459,17 @@ class BondStore {
     recorded_as[i] = 0;
     bonds[i].clear();
     if (with_volume) volumes[i] = {};
+    if (with_given) given_strains[i] = NOT_GIVEN;
     if (!with_history) return;
     spheres[i] = {};
     remembered[i].clear();
   }
 
   /// Words of an atom: own ID, number of bonds, partner and deq of each; with history what the sphere keeps, the number of
-  /// pairs that remember, and these; with references these.
+  /// pairs that remember, and these; with references these; with given strains that.
   size_t words_of(int i) const
   {
-    const size_t words = 2 + 2 * bonds[i].size() + (with_volume ? VOLUME : 0);
+    const size_t words = 2 + 2 * bonds[i].size() + further_words();
     return with_history ? words + SPHERE + 1 + 3 * remembered[i].size() : words;
   }
 
@@ -474,14 +485,15 @@ class BondStore {
       for (const Remembered &one : remembered[i]) at = put(one, at);
     }
     if (with_volume) at = put(volumes[i], at);
+    if (with_given) at = put(given_strains[i], at);
     return (int) (at - buf);
   }
   /// Do the counts among the words of an atom make n words?
   bool fits(const double *words, size_t n) const
   {
     const size_t bonds = n > 1 ? (size_t) bits_as<uint64_t>(words[1]) : n;
-    if (bonds >= n || (with_volume && n < VOLUME)) return false;
-    if (with_volume) n -= VOLUME;
+    if (bonds >= n || n < further_words()) return false;
+    n -= further_words();
     const size_t size = 2 + 2 * bonds + (with_history ? SPHERE : 0);
     if (!with_history || size >= n) return !with_history && size == n;
     const size_t others = (size_t) bits_as<uint64_t>(words[size]);
@@ -499,22 +511,24 @@ class BondStore {
       for (Remembered &one : remembered[i]) at = unpack(at, one);
     }
     if (with_volume) at = unpack(at, volumes[i]);
+    if (with_given) at = unpack(at, given_strains[i]);
     return (int) (at - buf);
   }
 
   double memory_usage() const
   {
-    double bytes = bytes_of(bonds, recorded_as, spheres, remembered, volumes);
+    double bytes = bytes_of(bonds, recorded_as, spheres, remembered, volumes, given_strains);
     for (const Bonds &own : bonds) bytes += bytes_of(own);
     for (const auto &own : remembered) bytes += bytes_of(own);
     return bytes;
   }
 
  private:
-  bool with_history, with_volume = false;
+  bool with_history, with_volume = false, with_given = false;
   long version_now;
   bool recorded = false, closed = false;
-  int64_t npairs = 0, highest = 0, nended = 0, nbegun = 0;
+  int64_t npairs = 0, highest = 0;
+  BondCounts counted;
 
   // per atom
   std::vector<int64_t> recorded_as;    // ID, negative of those that were left loose; 0: unseen
@@ -523,9 +537,12 @@ class BondStore {
   std::vector<std::vector<Remembered>> remembered;    // with history only
 
   std::vector<VolumeRecord> volumes;    // with references for fix evp/volume only
+  std::vector<double> given_strains;    // with given strains only; NOT_GIVEN for the other atoms
 
   static constexpr size_t SPHERE = sizeof(Sphere) / sizeof(double),
                           VOLUME = sizeof(VolumeRecord) / sizeof(double);
+
+  size_t further_words() const { return (with_volume ? VOLUME : 0) + (with_given ? 1 : 0); }
 
   template <class T> static double *put(const T &value, double *words)
   {

@@ -190,16 +190,16 @@ inline Row row_from_text(const std::string &text, const std::string &file, const
 
 // The text file of recorded bonds: one header line, then `id_i id_j deq` a line. Where bonds flow or end there may follow
 // lines `contact id_i id_j deq`, `apart ...` and `inside ...` of pairs that are no bonds but remember (see Remembered), and
-// `sphere id p work slip bonds recorded rho0 G gap torn lost batch` of what spheres keep (see Sphere and VolumeRecord). A bond
-// that began with the volume energy is a line `joined id_i id_j deq`.
+// `sphere id p work slip bonds recorded rho0 G gap torn lost batch [given]` of what spheres keep (see Sphere and VolumeRecord),
+// and of a plastic strain that waits. A bond that began with the volume energy is a line `joined id_i id_j deq`.
 //
 //     # EVP bonds COUNT: 2975 UNITS: si
 //     1 17 0.0101234
 //
 // Words of the header with a number or name each, those that are not needed left out: WITHIN and ZONE as given to fix
-// evp/bonds, CONTACTS for the number of lines of pairs that are no bonds, ENDED for that of bonds that have ended,
-// JOINED for that of bonds that have begun, JOIN, or JOIN_ALL, for the distance over R_i + R_j by which pairs are inside,
-// SPHERES.
+// evp/bonds, CONTACTS for the number of lines of pairs that are no bonds, ENDED for that of bonds that have ended, FAILED
+// for that of those of them that failed at a strain, JOINED for that of bonds that have begun, JOIN, or JOIN_ALL, for the
+// distance over R_i + R_j by which pairs are inside, SPHERES.
 // Reads in pieces, whatever the size; every refusal is a BadInput that names the line.
 
 /// What the header says beside the units.
@@ -207,8 +207,8 @@ struct BondHeader {
   int64_t bonds = 0;
   BodyRule within = BodyRule::ALL;    ///< which atoms were one body when the file was written
   double zone = 0.0;    ///< up to zone (R_i + R_j) pairs were recorded; 0: up to alpha
-  int64_t contacts = 0, ended = 0, spheres = 0;
-  int64_t begun = 0;
+  int64_t contacts = 0, spheres = 0;
+  BondCounts counts = {};
   JoinRule joins_by = {};    ///< see BondStore
 };
 
@@ -227,12 +227,14 @@ struct SphereLine {
   enum { P, WORK, SLIP, BONDS, RECORDED, RHO, SLOPE, GAP, TORN, LOST, BATCH, NVALUES };
   int64_t id;
   double values[NVALUES];
+  double given = BondStore::NOT_GIVEN;    ///< a plastic strain that waits
 };
 
 inline std::string sphere_text(const SphereLine &sphere)
 {
   std::string text = "sphere " + std::to_string(sphere.id);
   for (const double value : sphere.values) text += " " + shortest_text(value);
+  if (sphere.given >= 0.0) text += " " + shortest_text(sphere.given);
   return text + "\n";
 }
 
@@ -244,8 +246,10 @@ inline std::string bond_header(const BondHeader &header, const std::string &unit
     text += std::string(" WITHIN: ") + BODY_RULES[(int) header.within];
   if (header.zone > 0.0) text += " ZONE: " + shortest_text(header.zone);
   if (header.contacts > 0) text += " CONTACTS: " + std::to_string(header.contacts);
-  if (header.ended > 0) text += " ENDED: " + std::to_string(header.ended);
-  if (header.begun > 0) text += " JOINED: " + std::to_string(header.begun);
+  const BondCounts &counts = header.counts;
+  if (counts.ended > 0) text += " ENDED: " + std::to_string(counts.ended);
+  if (counts.failed > 0) text += " FAILED: " + std::to_string(counts.failed);
+  if (counts.begun > 0) text += " JOINED: " + std::to_string(counts.begun);
   if (header.joins_by.within > 0.0)
     text +=
         (header.joins_by.all ? " JOIN_ALL: " : " JOIN: ") + shortest_text(header.joins_by.within);
@@ -281,20 +285,24 @@ class BondReader {
         throw BadInput("the bonds are in UNITS: " + shown(words[5]) + ", but 'units " + units +
                        "' is in force");
       header.bonds = parse_whole("COUNT", words[3], 0);
+      if (header.counts.failed > header.counts.ended)
+        throw BadInput(
+            "FAILED is a part of ENDED, got FAILED: " + std::to_string(header.counts.failed) +
+            " of ENDED: " + std::to_string(header.counts.ended));
     });
     if (line_number == 0)
       throw BadInput("the bond file is empty or cannot be read (file '" + file + "')");
   }
 
   BondHeader header;
-  std::vector<SphereLine> spheres;    ///< those read so far
 
-  /// Appends up to most pairs; false at the end of the file, where the counts must be met.
-  bool read(std::vector<BondLine> &pairs, size_t most)
+  /// Appends what up to most lines say; false at the end of the file, where the counts must be met.
+  bool read(std::vector<BondLine> &pairs, std::vector<SphereLine> &spheres, size_t most)
   {
-    const size_t before = pairs.size();
+    const size_t before = pairs.size(), spheres_before = spheres.size();
+    const size_t full = before + spheres_before + most;
     bool more = true;
-    while (more && pairs.size() < before + most)
+    while (more && pairs.size() + spheres.size() < full)
       more = at_next_line([&](const std::string &line) {
         const std::vector<std::string> words = split_words(line);
         if (!words.empty() && words[0] == "sphere")
@@ -303,17 +311,18 @@ class BondReader {
           pairs.push_back(parse_pair(words));
       });
     for (size_t k = before; k < pairs.size(); k++) (pairs[k].is_bond() ? bonds : contacts)++;
+    nspheres += (int64_t) (spheres.size() - spheres_before);
     if (more) return true;
     demand("bonds", bonds, header.bonds);
     demand("contacts", contacts, header.contacts);
-    demand("spheres", (int64_t) spheres.size(), header.spheres);
+    demand("spheres", nspheres, header.spheres);
     return false;
   }
 
  private:
   std::istream &in;
   std::string file;
-  int64_t bonds = 0, contacts = 0, line_number = 0;
+  int64_t bonds = 0, contacts = 0, nspheres = 0, line_number = 0;
 
   /// Takes a word of the header and its value, false if it is none of those that may be left out.
   bool add_keyword(const std::string &word, const std::string &value)
@@ -325,9 +334,11 @@ class BondReader {
     else if (word == "CONTACTS:")
       header.contacts = parse_whole("CONTACTS", value, 0);
     else if (word == "ENDED:")
-      header.ended = parse_whole("ENDED", value, 0);
+      header.counts.ended = parse_whole("ENDED", value, 0);
+    else if (word == "FAILED:")
+      header.counts.failed = parse_whole("FAILED", value, 0);
     else if (word == "JOINED:")
-      header.begun = parse_whole("JOINED", value, 0);
+      header.counts.begun = parse_whole("JOINED", value, 0);
     else if (word == "JOIN:" || word == "JOIN_ALL:")
       header.joins_by = {parse_number("JOIN", value), word == "JOIN_ALL:"};
     else if (word == "SPHERES:")
@@ -377,9 +388,11 @@ class BondReader {
 
   static SphereLine parse_sphere(const std::vector<std::string> &words)
   {
-    if (words.size() != 2 + SphereLine::NVALUES)
+    constexpr size_t WORDS = 2 + SphereLine::NVALUES;
+    if (words.size() != WORDS && words.size() != WORDS + 1)
       throw BadInput(
-          "expected 'sphere id p work slip bonds recorded rho0 G gap torn lost batch', got " +
+          "expected 'sphere id p work slip bonds recorded rho0 G gap torn lost batch', and "
+          "maybe a plastic strain that was given, got " +
           std::to_string(words.size()) + " words");
     SphereLine sphere = {parse_whole("id", words[1], 1), {}};
     for (int k = 0; k < SphereLine::NVALUES; k++) {
@@ -393,6 +406,12 @@ class BondReader {
       (void) parse_whole("a number of bonds", words[2 + k], 0);
     for (const int k : {SphereLine::TORN, SphereLine::BATCH})
       (void) parse_whole("torn or batch", words[2 + k], 0);
+    if (words.size() > WORDS) {
+      sphere.given = parse_number("a plastic strain that was given", words[WORDS]);
+      if (!(sphere.given >= 0.0))
+        throw BadInput("a plastic strain that was given must be zero or positive, got " +
+                       shown(words[WORDS]));
+    }
     return sphere;
   }
 

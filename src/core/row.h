@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <iterator>
 #include <string>
+#include <vector>
 
 namespace EVP {
 
@@ -222,6 +223,32 @@ inline void check_flow(const Row &row)
           "limits of flow must be positive and below " + rounded(strongest_strain(row) / row.xi_s) +
           " (with xi_s the strain where a bond is strongest), got " + rounded(flow.y[k]));
   }
+}
+
+/// The row as numbers, for restart files: members, switches, and the flow table with all its points.
+inline std::vector<double> words_of(const Row &row)
+{
+  std::vector<double> words;
+  for (const Member &member : MEMBERS) words.push_back(row.*member.value);
+  for (const Switch &each : SWITCHES) words.push_back(row.*each.value);
+  words.push_back((double) row.flow.n);
+  words.insert(words.end(), std::begin(row.flow.p), std::end(row.flow.p));
+  words.insert(words.end(), std::begin(row.flow.y), std::end(row.flow.y));
+  return words;
+}
+constexpr int ROW_WORDS = NMEMBERS + (int) std::size(SWITCHES) + 1 + 2 * FlowTable::MOST;
+
+/// The row of words_of(); throws BadInput where it is none.
+inline Row row_of_words(const double *words)
+{
+  Row row;
+  for (const Member &member : MEMBERS) row.*member.value = *words++;
+  for (const Switch &each : SWITCHES) row.*each.value = *words++;
+  if (!(*words >= 0.0 && *words <= FlowTable::MOST)) throw BadInput("no such flow table");
+  row.flow.n = (int64_t) *words++;
+  std::copy_n(words, FlowTable::MOST, row.flow.p);
+  std::copy_n(words + FlowTable::MOST, FlowTable::MOST, row.flow.y);
+  return row;
 }
 
 /// The row; throws BadInput where a member breaks its rule.

@@ -161,40 +161,47 @@ void BondRecording::record_file(const std::string &name, const PairRules &rules)
 
   made.resize(atom->nlocal);
   remembered.resize(atom->nlocal);
+  std::vector<char> has_line(atom->nlocal, 0);
+  bigint nspheres = 0;    // of the file so far
   std::vector<BondLine> lines;
-  bigint state[] = {1, 0, 0};    // more to come, lines of this message, bodies of the file
+  std::vector<SphereLine> sphere_lines;
+  // more to come; pairs and spheres of this message; bodies of the file
+  bigint state[] = {1, 0, 0, 0};
   while (state[0]) {
     lines.clear();
+    sphere_lines.clear();
     std::string complaint;
     try {
       if (me == 0 && !reader) {
         stream.open(name, std::ios::binary);
         if (!stream) throw BadInput("cannot read the bond file '" + name + "': give its path");
         reader = std::make_unique<BondReader>(stream, name, update->unit_style);
-        state[2] = (bigint) reader->header.within;
+        state[3] = (bigint) reader->header.within;
         zone = reader->header.zone;
-        ended = reader->header.ended;
-        begun = reader->header.begun;
+        counts = reader->header.counts;
         joins_by = reader->header.joins_by;
       }
-      if (me == 0) state[0] = reader->read(lines, LINES_PER_MESSAGE);
+      if (me == 0) state[0] = reader->read(lines, sphere_lines, LINES_PER_MESSAGE);
     } catch (const BadInput &bad) {
       complaint = bad.what();
     }
     state[1] = (bigint) lines.size();
+    state[2] = (bigint) sphere_lines.size();
     throw_together(complaint, world);
-    MPI_Bcast(state, 3, MPI_LMP_BIGINT, 0, world);
+    MPI_Bcast(state, 4, MPI_LMP_BIGINT, 0, world);
     MPI_Bcast(&zone, 1, MPI_DOUBLE, 0, world);
-    MPI_Bcast(&ended, 1, MPI_LMP_BIGINT, 0, world);
-    MPI_Bcast(&begun, 1, MPI_LMP_BIGINT, 0, world);
+    MPI_Bcast(&counts, sizeof(counts), MPI_BYTE, 0, world);
     MPI_Bcast(&joins_by, sizeof(joins_by), MPI_BYTE, 0, world);
-    if (within == BodyRule::ALL) within = (BodyRule) state[2];
+    if (within == BodyRule::ALL) within = (BodyRule) state[3];
     if (within == BodyRule::MOLECULE) {
       const std::string missing = missing_molecules(lmp);
       if (!missing.empty()) throw BadInput(missing);
     }
     lines.resize(state[1]);
+    sphere_lines.resize(state[2]);
     MPI_Bcast(lines.data(), (int) (lines.size() * sizeof(BondLine)), MPI_BYTE, 0, world);
+    MPI_Bcast(sphere_lines.data(), (int) (sphere_lines.size() * sizeof(SphereLine)), MPI_BYTE, 0,
+              world);
 
     std::vector<End> ends_here(2 * lines.size(), End{}), ends(2 * lines.size());
     for (size_t k = 0; k < ends.size(); k++) {
@@ -217,23 +224,18 @@ void BondRecording::record_file(const std::string &name, const PairRules &rules)
         throw BadInput(
             fmt::format("bond {} {}: {} (bond file {})", lines[k].id_i, lines[k].id_j, bad, name));
     }
+
+    nspheres += (bigint) sphere_lines.size();
+    for (const SphereLine &sphere : sphere_lines) {
+      if (sphere.values[SphereLine::WORK] > 0.0 && !rules.plastic)
+        throw BadInput(fmt::format("sphere {}: {} (bond file {})", sphere.id, HAS_FLOWED, name));
+      const auto at = own.find(sphere.id);
+      if (at != own.end() && !std::exchange(has_line[at->second], 1))
+        spheres.push_back({at->second, sphere});
+    }
   }
   throw_together(find_bond_twice(name), world);
 
-  std::vector<SphereLine> of_file;
-  if (reader) of_file = reader->spheres;
-  bigint nspheres = (bigint) of_file.size();
-  MPI_Bcast(&nspheres, 1, MPI_LMP_BIGINT, 0, world);
-  of_file.resize(nspheres);
-  MPI_Bcast(of_file.data(), (int) (of_file.size() * sizeof(SphereLine)), MPI_BYTE, 0, world);
-  for (const SphereLine &sphere : of_file) {
-    if (sphere.values[SphereLine::WORK] > 0.0 && !rules.plastic)
-      throw BadInput(fmt::format("sphere {}: {} (bond file {})", sphere.id, HAS_FLOWED, name));
-    const auto at = own.find(sphere.id);
-    if (at == own.end()) continue;
-    spheres.push_back({at->second, sphere});
-    own.erase(at);
-  }
   if (reduce_all((bigint) spheres.size(), MPI_SUM, world) != nspheres)
     throw BadInput("a line 'sphere ...' names an atom that is not there, or twice: read the data "
                    "file that was written with the bond file (bond file " +
@@ -277,13 +279,18 @@ void BondRecording::give_to(BondStore &store)
 
   store.within = within;
   store.zone = zone;
-  store.record(made, atom->tag, sides / 2 + ended - begun, highest);
+  store.record(made, atom->tag, sides / 2 + counts.ended - counts.begun, highest);
   if (store.has_history()) {
-    if (comm->me == 0) store.count(ended, begun);
+    if (comm->me == 0) store.set_counts(counts);
     store.joins_by = joins_by;
     for (size_t i = 0; i < remembered.size(); i++) store.remembered_of((int) i) = remembered[i];
   }
+  bool any_given = false;
+  for (const auto &[i, sphere] : spheres) any_given = any_given || sphere.given >= 0.0;
+  if (on_any(any_given, world)) store.keep_given(true);
   for (const auto &[i, sphere] : spheres) {
+    if (sphere.given >= 0.0 && store.given(i) < 0.0)    // what fix_modify has given since is later
+      store.given(i) = sphere.given;
     const auto &[p, work, slip, bonds, recorded, rho, slope, gap, torn, lost, batch] =
         sphere.values;
     if (store.has_history()) store.sphere(i) = {p, work, slip, bonds, recorded};

@@ -34,11 +34,13 @@ void WriteEVPBonds::command(int narg, char **arg)
   const BondStore &records = find_records();
   BondHeader header = {};
   std::string text = lines_of_pairs(records, header) + lines_of_spheres(records, header);
-  const auto counts = reduce_all(
-      std::array{header.bonds, header.contacts, header.spheres, records.ended(), records.begun()},
-      MPI_SUM, world);
-  header = {counts[0], records.within, records.zone, counts[1],
-            counts[3], counts[2],      counts[4],    records.joins_by};
+  const auto [ended, failed, begun] = records.counts();
+  const auto sums =
+      reduce_all(std::array{header.bonds, header.contacts, header.spheres, ended, failed, begun},
+                 MPI_SUM, world);
+  header = {sums[0],         records.within, records.zone,
+            sums[1],         sums[2],        {sums[3], sums[4], sums[5]},
+            records.joins_by};
   if (comm->me == 0) text = bond_header(header, update->unit_style) + "\n" + text;
 
   const std::string name = utils::star_subst(arg[0], update->ntimestep, 0);
@@ -68,7 +70,6 @@ const BondStore &WriteEVPBonds::find_records() const
                "'run 0' before",
                bonds->id);
   bonds->return_histories();
-  bonds->warn_of_given_strains();
   bonds->check_ids();
   return bonds->records();
 }
@@ -115,12 +116,14 @@ std::string WriteEVPBonds::lines_of_spheres(const BondStore &records, BondHeader
     const Sphere own = records.has_history() ? records.sphere(i) : Sphere{0.0, 0.0, 0.0, n, n};
     return SphereLine{atom->tag[i],
                       {own.p, own.work, own.slip, own.bonds, own.recorded, rest.own.rho,
-                       rest.own.slope, rest.gap, rest.torn, rest.lost, volume.batch}};
+                       rest.own.slope, rest.gap, rest.torn, rest.lost, volume.batch},
+                      records.given(i)};
   };
   const auto has_changed = [&](int i) {
     return (records.has_history() && !records.sphere(i).is_new(records.of(i).size())) ||
         (records.has_volume() &&
-         (records.volume(i).reference.torn != 0.0 || records.volume(i).batch > 1.0));
+         (records.volume(i).reference.torn != 0.0 || records.volume(i).batch > 1.0)) ||
+        records.given(i) >= 0.0;
   };
   bool any = false;
   for (int i = 0; i < atom->nlocal; i++) any = any || has_changed(i);

@@ -23,15 +23,20 @@ struct BondEvent {
 /// A text file of events, one per line: step i j what x y z.
 class EventFile : protected Pointers {
  public:
-  /// Begins it anew; stops where it cannot be written.
-  EventFile(LAMMPS *, const std::string &who_in, const std::string &name);
+  /// Stops where it cannot be written.
+  EventFile(LAMMPS *, const std::string &who_in, const std::string &name_in);
   ~EventFile() override;
+
+  /// At the first set-up: keeps the lines up to this step, which come before the restart file that the run goes on from.
+  /// Those of later steps will come again. last_step < 0: begins it anew.
+  void begin(bigint last_step);
 
   /// Collective. Appends those of all MPI ranks since the last call, in order, and clears them.
   void write(std::vector<BondEvent> &);
 
  private:
-  const std::string who;
+  const std::string who, name;
+  bool begun = false;
   FILE *file = nullptr;    // on the first rank
 };
 

@@ -5,6 +5,7 @@
 #include "atom_directory.h"
 #include "bond_recording.h"
 #include "collective.h"
+#include "core/seal.h"
 #include "scene.h"
 #include "user_input.h"
 
@@ -21,7 +22,9 @@
 using namespace LAMMPS_NS;
 using namespace EVP;
 
-static constexpr double RESTART_FORMAT = 2009;    // first word of our section in restart files
+static constexpr double RESTART_FORMAT = 2011;    // first word of our section in restart files
+static constexpr size_t SECTION =
+    15;    // words of it in front of the measures and what the volume energy was taken for
 
 // fix ID group evp/bonds [zone Z | file FILE] [within type|molecule] [new yes|no] [events FILE]
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
@@ -55,7 +58,7 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
   create_attribute = 1;
   stores_ids = 1;
   maxexchange_dynamic = 1;
-  scene::offer_values(this, 6);
+  scene::offer_values(this, 8);
   nevery = 1;
 
   FixEVPBonds::grow_arrays(atom->nmax);
@@ -83,8 +86,11 @@ int FixEVPBonds::modify_param(int narg, char **arg)
   stop_at_bad_input(error, who, [&] {
     const Keyword strain = {"plastic_strain", arg[2]};
     strain.demand(strain.number() >= 0.0, "must be zero or positive");
-    bonds->given_strains.push_back({arg[1], group->bitmask[given_group], strain.number()});
+    bonds->keep_given(true);
+    for (int i = 0; i < atom->nlocal; i++)
+      if (atom->mask[i] & group->bitmask[given_group]) bonds->given(i) = strain.number();
   });
+  set_exchange_room();
   return 3;
 }
 
@@ -115,6 +121,7 @@ void FixEVPBonds::init()
     measure();
   } else if (file.empty())
     check_zone();
+  if (events) events->begin(restarted_at);
 }
 
 // flow and breaking are known to the pair style in force only
@@ -128,21 +135,15 @@ void FixEVPBonds::check_history() const
         "not have: give it 'plasticity isotropic' or 'break'",
         who);
   const bool forgets = (!rules.plastic && bonds->has_flowed(atom->nlocal)) ||
-      (!rules.has_history() && bonds->ended() > 0);
+      (!rules.has_history() && bonds->counts().ended > 0);
   if (on_any(forgets, world))
     error->all(FLERR,
                "{}: bonds have flowed or ended, which this pair_style would forget: give it the "
                "'plasticity' and 'break' that it had",
                who);
-  if (!rules.plastic && !bonds->given_strains.empty())
+  if (!rules.plastic && bonds->has_given())
     error->all(FLERR,
                "{}: fix_modify plastic_strain needs 'plasticity isotropic' of the pair style", who);
-  for (const auto &given : bonds->given_strains)
-    if (group->find(given.group) < 0)
-      error->all(FLERR,
-                 "{}: fix_modify plastic_strain: group '{}' was deleted before the run that was to "
-                 "apply it",
-                 who, given.group);
   const bool heats = scene::find_fix(modify, "evp/heat") != nullptr;
   if (!rules.has_history() && !heats) return;
   for (int k = 0; k < modify->nfix && modify->fix[k] != this; k++) {
@@ -363,31 +364,30 @@ void FixEVPBonds::measure()
 
 double FixEVPBonds::compute_vector(int n)
 {
-  if (n == 4) return count_ended();
-  if (n == 5) return count_begun();
+  if (n > 3) {
+    const auto [ended, failed, begun] = counts();
+    return (double) std::array{ended, begun, failed, ended - failed}[n - 4];
+  }
   if (update->whichflag != 0 &&
       (counted_step == update->ntimestep || !on_all(pair_data->is_packed(), world)))
     return pair_counts[n];
 
   pair_counts = PairData::require_present(force, error, fmt::format("{}: f_{}[{}]", who, id, n + 1))
                     ->count_pairs();
-  pair_counts[0] = (double) bonds->count() + count_begun() - pair_counts[0] - count_ended();
+  const auto [ended, failed, begun] = counts();
+  pair_counts[0] = (double) (bonds->count() + begun - ended) - pair_counts[0];
   counted_step = update->ntimestep;
   return pair_counts[n];
 }
 
-double FixEVPBonds::count_ended()
+// Collective. Of all MPI ranks
+BondCounts FixEVPBonds::counts()
 {
-  if (!bonds->has_history()) return 0.0;
+  if (!bonds->has_history()) return {};
   return_histories();
-  return (double) reduce_all(bonds->ended(), MPI_SUM, world);
-}
-
-double FixEVPBonds::count_begun()
-{
-  if (!bonds->has_history()) return 0.0;
-  return_histories();
-  return (double) reduce_all(bonds->begun(), MPI_SUM, world);
+  const auto [ended, failed, begun] = bonds->counts();
+  const auto sums = reduce_all(std::array{ended, failed, begun}, MPI_SUM, world);
+  return {sums[0], sums[1], sums[2]};
 }
 
 int FixEVPBonds::unpack_exchange(int i, double *buf)
@@ -397,20 +397,10 @@ int FixEVPBonds::unpack_exchange(int i, double *buf)
   return words;
 }
 
-void FixEVPBonds::warn_of_given_strains() const
-{
-  if (!bonds->given_strains.empty() && comm->me == 0)
-    error->warning(
-        FLERR,
-        "{}: a file that is written now does not have the plastic strains of fix_modify, "
-        "which wait for a run: give them again where it is read",
-        who);
-}
-
 void FixEVPBonds::write_restart(FILE *fp)
 {
   return_histories();
-  warn_of_given_strains();
+  const auto [ended, failed, begun] = counts();
   std::vector<double> words = {RESTART_FORMAT,
                                bonds->zone,
                                (double) bonds->has_recorded(),
@@ -418,13 +408,21 @@ void FixEVPBonds::write_restart(FILE *fp)
                                (double) bonds->highest_id(),
                                (double) bonds->has_history(),
                                (double) (int) bonds->within,
-                               count_ended(),
+                               (double) ended,
                                (double) bonds->has_volume(),
-                               count_begun(),
+                               (double) begun,
                                bonds->joins_by.within,
-                               (double) bonds->joins_by.all};
-  for (const auto &more : {bonds->volume_scene.words(), bonds->measures.words()})
+                               (double) bonds->joins_by.all,
+                               (double) failed,
+                               (double) bonds->has_given(),
+                               (double) bonds->volume_scene.exclusions.size()};
+  for (const auto &more :
+       {bonds->measures.words(atom->ntypes), bonds->volume_scene.words_of_reaches(atom->ntypes)})
     words.insert(words.end(), more.begin(), more.end());
+  seal(words);    // their number is known, and says that of the others
+  std::vector<double> exclusions = bonds->volume_scene.words_of_exclusions();
+  seal(exclusions);
+  words.insert(words.end(), exclusions.begin(), exclusions.end());
   const int size = (int) (words.size() * sizeof(double));
   if (comm->me == 0) {
     fwrite(&size, sizeof(int), 1, fp);
@@ -435,26 +433,34 @@ void FixEVPBonds::write_restart(FILE *fp)
 void FixEVPBonds::restart(char *buf)
 {
   const auto *words = reinterpret_cast<const double *>(buf);
-  constexpr size_t FIRST = 12, MOST_WORDS = 1 << 20;
-  BondMeasures measures;
-  VolumeScene scene;
-  if (words[0] != RESTART_FORMAT || !scene.unpack(words + FIRST, MOST_WORDS) ||
-      !measures.unpack(words + FIRST + scene.words().size(), atom->ntypes))
+  const size_t measures = BondMeasures::words_of(atom->ntypes),
+               reaches = VolumeScene::words_of(atom->ntypes),
+               sealed = SECTION + measures + reaches + 1;
+  const auto is_whole = [&] {
+    return words[0] == RESTART_FORMAT && is_sealed(words, sealed) &&
+        is_sealed(words + sealed, VolumeScene::WORDS * (size_t) words[14] + 1);
+  };
+  if (!is_whole())
     error->all(FLERR,
                "{}: its section of the restart file is damaged, or from a version of this package "
                "that wrote another format: use an older restart file, or that version",
                who);
   after_restart = false;    // this is the fix that the file knows
+  restarted_at = update->ntimestep;
   const bool recorded = words[2] != 0.0;
   bonds->keep_history(words[5] != 0.0);
   const BodyRule given = bonds->within, kept = (BodyRule) (int) words[6];
   if (recorded || given == BodyRule::ALL) bonds->within = kept;
   bonds->restore(recorded, (int64_t) words[3], (int64_t) words[4],
-                 comm->me == 0 ? (int64_t) words[7] : 0, comm->me == 0 ? (int64_t) words[9] : 0);
+                 comm->me == 0
+                     ? BondCounts{(int64_t) words[7], (int64_t) words[12], (int64_t) words[9]}
+                     : BondCounts{});
   bonds->joins_by = {words[10], words[11] != 0.0};
   bonds->keep_volume(words[8] != 0.0);
-  bonds->volume_scene = scene;
-  bonds->measures = measures;
+  bonds->keep_given(words[13] != 0.0);
+  bonds->measures.unpack(words + SECTION, atom->ntypes);
+  bonds->volume_scene.unpack(words + SECTION + measures, atom->ntypes, words + sealed,
+                             (size_t) words[14]);
   const bool differs = !file.empty() || (zone > 0.0 && zone != words[1]) ||
       (given != BodyRule::ALL && given != kept);
   if (recorded && comm->me == 0 && differs)
@@ -471,14 +477,16 @@ int FixEVPBonds::pack_restart(int i, double *buf)
 {
   // the first word is read as a plain number by every fix that skips this record
   const int n = 1 + bonds->pack(i, buf + 1);
-  buf[0] = n;
-  return n;
+  buf[0] = n + 1;
+  buf[n] = seal_of(buf, n);
+  return n + 1;
 }
 
 void FixEVPBonds::unpack_restart(int nlocal, int nth)
 {
   double *record = scene::find_restored(atom, nlocal, nth);
-  if (!record || !bonds->fits(record + 1, (size_t) record[0] - 1))
+  const size_t n = record ? (size_t) record[0] : 0;
+  if (!is_sealed(record, n) || n < 2 || !bonds->fits(record + 1, n - 2))
     error->one(FLERR,
                "{}: the bonds of atom {} in the restart file are damaged, or the atom is not from "
                "that file: define the fix right after read_restart",

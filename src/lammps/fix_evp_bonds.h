@@ -46,8 +46,8 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix>, public EVP::Shares<const E
   void end_of_step() override;
   void post_run() override;
 
-  // f_ID: pairs recorded. f_ID[1..6]: past dlim, in the second regime or at their limit, new pairs that interact,
-  // lowest d/(R_i + R_j), ended for good, begun
+  // f_ID: pairs recorded. f_ID[1..8]: past dlim, in the second regime or at their limit, new pairs that interact,
+  // lowest d/(R_i + R_j), ended for good, begun; of those that ended: failed at a strain, past dlim
   double compute_scalar() override { return (double) bonds->count(); }
   double compute_vector(int) override;
 
@@ -65,16 +65,14 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix>, public EVP::Shares<const E
   void restart(char *) override;
   int pack_restart(int, double *) override;
   void unpack_restart(int, int) override;
-  int size_restart(int i) override { return 1 + (int) bonds->words_of(i); }
-  int maxsize_restart() override { return 1 + maxexchange; }
+  // with their number in front, and a seal
+  int size_restart(int i) override { return 2 + (int) bonds->words_of(i); }
+  int maxsize_restart() override { return 2 + maxexchange; }
 
   const EVP::BondStore &records() const { return *bonds; }
 
   /// Collective. Stops if an atom of any MPI rank is not the one recorded under its ID.
   void check_ids() const;
-
-  /// Of fix_modify, which are not in the records yet.
-  void warn_of_given_strains() const;
 
   /// Collective. Brings the records up to the last commit() of the pairs.
   void return_histories();
@@ -85,6 +83,7 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix>, public EVP::Shares<const E
   bool after_restart;        // a restart file with fixes was read before this fix was defined
   bool takes_new = false;    // atoms that come later get bonds too
   std::unique_ptr<EVP::EventFile> events;    // nullptr without
+  bigint restarted_at = -1;                  // step of the restart file that has the records
 
   std::shared_ptr<EVP::BondStore> bonds = std::make_shared<EVP::BondStore>();
 
@@ -104,8 +103,7 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix>, public EVP::Shares<const E
   void warn_of_stop(const char *);
   void warn_of_new_atoms();
   void check_history() const;
-  double count_ended();
-  double count_begun();
+  EVP::BondCounts counts();
   void check_zone() const;
   void check_box(const EVP::PairData *) const;
   std::string misplaced_message(int64_t id_found) const;

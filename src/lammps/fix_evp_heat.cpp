@@ -639,7 +639,10 @@ void FixEVPHeat::write_restart(FILE *fp)
 void FixEVPHeat::restart(char *buf)
 {
   const auto *words = reinterpret_cast<const double *>(buf);
-  if (words[0] != RESTART_FORMAT)
+  const bool are_numbers = std::all_of(words, words + 3 + NACCOUNTS, [](double word) {
+    return std::isfinite(word);
+  });
+  if (words[0] != RESTART_FORMAT || !are_numbers)
     error->all(FLERR,
                "{}: its section of the restart file is damaged, or from a version of this package "
                "that wrote another format: use an older restart file, or that version",

@@ -4,6 +4,7 @@
 
 #include "core/files.h"
 #include "core/pair_block.h"
+#include "core/seal.h"
 #include "per_atom.h"
 #include "scene.h"
 #include "user_input.h"
@@ -16,15 +17,21 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <iterator>
 
 using namespace LAMMPS_NS;
 using namespace EVP;
 using scene::rows;
 
-static constexpr size_t LONGEST_LINE = 254;       // that read_data takes
-static constexpr double RESTART_FORMAT = 2008;    // first word of our section in restart files
+static constexpr double RESTART_FORMAT = 2011;    // first word of our section in restart files
 static constexpr double LONGEST_ID = 1000;
+static constexpr size_t SETTINGS = 9;    // words of it in front of the ID of the fix that recorded
+
+static size_t words_of_text(size_t length)
+{
+  return (length + sizeof(double) - 1) / sizeof(double);
+}
 
 namespace {
 
@@ -64,7 +71,6 @@ class PairTally final : public PairConsumer {
 
 PairEVPLJ::PairEVPLJ(LAMMPS *lmp) : Pair(lmp), pair_data(lmp, coefficients)
 {
-  writedata = 1;
   comm_forward = 3;    // velocities
   single_extra = NVALUES;
   svector = new double[NVALUES];
@@ -195,6 +201,11 @@ void PairEVPLJ::init_style()
 {
   if (!atom->radius_flag)
     error->all(FLERR, "Pair evp/lj needs particles with a radius: use 'atom_style sphere'");
+  if (utils::strmatch(force->pair_style, "^hybrid/scaled"))
+    error->all(FLERR,
+               "Pair evp/lj does not work in pair_style hybrid/scaled, which multiplies forces but "
+               "not energies, damping, flow and the stable timestep: use hybrid/overlay, and "
+               "multiply e1, e2 and gamma of the row");
   if (PairData::find(force) != &pair_data)
     error->all(FLERR,
                "Pair evp/lj can be one sub-style of pair_style hybrid only, as a pair has one deq: "
@@ -346,22 +357,35 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   return now.stored.total() - law.state(pair.cut * pair.inv_deq, pair).stored.total();
 }
 
-// restart files hold settings, the fix that recorded, and per pair of types whether there is a row, and the row
+// restart files hold settings, the fix that recorded, and per pair of types whether there is a row, and the row; each sealed
 void PairEVPLJ::write_restart(FILE *fp)
 {
   write_restart_settings(fp);
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
-      fwrite(&setflag[i][j], sizeof(int), 1, fp);
-      const Row row = coefficients.row(i, j);
-      if (setflag[i][j]) fwrite(&row, sizeof(row), 1, fp);
+      std::vector<double> words = words_of(coefficients.row(i, j));
+      words.push_back(setflag[i][j]);
+      seal(words);
+      fwrite(words.data(), sizeof(double), words.size(), fp);
     }
 }
 
-void PairEVPLJ::read_together(FILE *fp, void *data, size_t size) const
+// Appends so many words
+void PairEVPLJ::read_together(FILE *fp, std::vector<double> &words, size_t n) const
 {
-  if (comm->me == 0) utils::sfread(FLERR, data, size, 1, fp, nullptr, error);
-  MPI_Bcast(data, (int) size, MPI_BYTE, 0, world);
+  words.resize(words.size() + n);
+  double *const read = &words[words.size() - n];
+  if (comm->me == 0) utils::sfread(FLERR, read, sizeof(double), n, fp, nullptr, error);
+  MPI_Bcast(read, (int) n, MPI_DOUBLE, 0, world);
+}
+
+void PairEVPLJ::stop_at_damage(const std::string &where) const
+{
+  error->all(
+      FLERR,
+      "Pair evp/lj: the restart file is damaged in the {}, or from a version of this package "
+      "that wrote another format: use an older restart file, or that version",
+      where);
 }
 
 void PairEVPLJ::read_restart(FILE *fp)
@@ -370,11 +394,12 @@ void PairEVPLJ::read_restart(FILE *fp)
   allocate();
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++) {
-      read_together(fp, &setflag[i][j], sizeof(int));
-      if (!setflag[i][j]) continue;
-      Row row;
-      read_together(fp, &row, sizeof(row));
-      coefficients.set(i, j, row);
+      std::vector<double> words;
+      read_together(fp, words, ROW_WORDS + 2);
+      if (!is_sealed(words.data(), words.size()))
+        stop_at_damage(fmt::format("coefficients of types {} and {}", i, j));
+      setflag[i][j] = (int) words[ROW_WORDS];
+      if (setflag[i][j]) coefficients.set(i, j, row_of_words(words.data()));
     }
 }
 
@@ -383,51 +408,30 @@ void PairEVPLJ::write_restart_settings(FILE *fp)
   pair_data.source.update();
   const PairRules &rules = pair_data.rules;
   const std::string &recorder = pair_data.source.recorder;
-  const double words[] = {
-      RESTART_FORMAT,         NMEMBERS,           (double) rules.contact, rules.overlap,
+  std::vector<double> words = {
+      RESTART_FORMAT,         ROW_WORDS,          (double) rules.contact, rules.overlap,
       (double) rules.plastic, rules.break_strain, rules.join.within,      (double) recorder.size(),
       (double) rules.join.all};
-  fwrite(words, sizeof(words), 1, fp);
-  fwrite(recorder.data(), 1, recorder.size(), fp);
+  words.resize(SETTINGS + words_of_text(recorder.size()), 0.0);
+  memcpy(&words[SETTINGS], recorder.data(), recorder.size());
+  seal(words);
+  fwrite(words.data(), sizeof(double), words.size(), fp);
 }
 
 void PairEVPLJ::read_restart_settings(FILE *fp)
 {
-  double words[9];
-  read_together(fp, words, sizeof(words));
-  if (words[0] != RESTART_FORMAT || words[1] != NMEMBERS || !(words[2] >= 0.0) ||
-      words[2] >= std::size(CONTACTS) || !(words[7] >= 0.0 && words[7] <= LONGEST_ID))
-    error->all(
-        FLERR,
-        "Pair evp/lj: the restart file is damaged in the settings, or from a version of "
-        "this package that wrote another format: use an older restart file, or that version");
+  std::vector<double> words;
+  read_together(fp, words, SETTINGS);
+  if (words[0] != RESTART_FORMAT || words[1] != ROW_WORDS ||
+      !(words[7] >= 0.0 && words[7] <= LONGEST_ID))
+    stop_at_damage("settings");
+  const auto length = (size_t) words[7];
+  read_together(fp, words, words_of_text(length) + 1);
+  if (!is_sealed(words.data(), words.size())) stop_at_damage("settings");
   pair_data.rules = {
       (Contact) (int) words[2], words[3], words[4] != 0.0, words[5], {words[6], words[8] != 0.0}};
-  pair_data.source.recorder.resize((size_t) words[7]);
-  if (words[7] > 0.0) read_together(fp, pair_data.source.recorder.data(), (size_t) words[7]);
+  pair_data.source.recorder.assign((const char *) &words[SETTINGS], length);
   offer_pair_values();
-}
-
-void PairEVPLJ::print_row(FILE *fp, const std::string &types, int i, int j) const
-{
-  const std::string text = types + ' ' + row_text(coefficients.row(i, j));
-  if (text.size() > LONGEST_LINE)
-    error->warning(FLERR,
-                   "Pair evp/lj: the row of types {} and {} is longer than {} characters, of which "
-                   "read_data would read no more: use write_data with nocoeff, or fewer digits",
-                   i, j, LONGEST_LINE);
-  fputs((text + "\n").c_str(), fp);
-}
-
-void PairEVPLJ::write_data(FILE *fp)
-{
-  for (int i = 1; i <= atom->ntypes; i++) print_row(fp, std::to_string(i), i, i);
-}
-
-void PairEVPLJ::write_data_all(FILE *fp)
-{
-  for (int i = 1; i <= atom->ntypes; i++)
-    for (int j = i; j <= atom->ntypes; j++) print_row(fp, fmt::format("{} {}", i, j), i, j);
 }
 
 void *PairEVPLJ::extract(const char *name, int &dim)

@@ -25,8 +25,6 @@ class PairEVPLJ : public Pair, public EVP::HasPairData {
   void read_restart(FILE *) override;
   void write_restart_settings(FILE *) override;
   void read_restart_settings(FILE *) override;
-  void write_data(FILE *) override;
-  void write_data_all(FILE *) override;
 
   EVP::PairData *get_pair_data() override { return &pair_data; }
 
@@ -57,8 +55,8 @@ class PairEVPLJ : public Pair, public EVP::HasPairData {
   }
   void sum_forces(bool damps);
   void stop_at_blow_up() const;
-  void print_row(FILE *, const std::string &types, int i, int j) const;
-  void read_together(FILE *, void *data, size_t size) const;
+  void read_together(FILE *, std::vector<double> &words, size_t n) const;
+  void stop_at_damage(const std::string &where) const;
 };
 
 }    // namespace LAMMPS_NS

@@ -39,7 +39,7 @@ void PairHistories::begin_run(BondStore *records_in, PerAtomComm *exchange_in, b
 bool PairHistories::was_set() const
 {
   const auto heat = this->heat();
-  return !records->given_strains.empty() || (heat && on_any(heat->factors_are_old(), world));
+  return records->has_given() || (heat && on_any(heat->factors_are_old(), world));
 }
 
 // by the number of the step, so that neither neighbor builds nor MPI ranks nor restarts matter
@@ -170,7 +170,8 @@ void PairHistories::move_limits(PairWork *work, VolumeForces *volume, bool opens
     for (int i = 0; i < lists.nlocal; i++) heat->take_strain(i, records->sphere(i).p);
     heat->take_factors();
   }
-  const bool were_given = take_given_strains();
+  const bool were_given = records->has_given();
+  if (were_given) take_given_strains();
   share_limits(volume, opens);
   for_each_limit([&](double &limit, double now, PairList &list, int i, int n) {
     const double before = std::exchange(limit, now);
@@ -178,17 +179,15 @@ void PairHistories::move_limits(PairWork *work, VolumeForces *volume, bool opens
   });
 }
 
-bool PairHistories::take_given_strains()
+void PairHistories::take_given_strains()
 {
-  const bool any = !records->given_strains.empty();
-  for (const auto &given : records->given_strains)
-    for (int i = 0; i < lists.nlocal; i++) {
-      if (!(atom->mask[i] & given.groupbit)) continue;
-      records->sphere(i).p = given.p;
-      if (const auto heat = this->heat()) heat->take_strain(i, given.p);    // no flow, so no rate
-    }
-  records->given_strains.clear();
-  return any;
+  for (int i = 0; i < lists.nlocal; i++) {
+    const double p = records->given(i);
+    if (p < 0.0) continue;
+    records->sphere(i).p = p;
+    if (const auto heat = this->heat()) heat->take_strain(i, p);    // no flow, so no rate
+  }
+  records->keep_given(false);
 }
 
 // of a pair of particle i
@@ -269,11 +268,12 @@ void PairHistories::end_bonds(PairWork *work, VolumeForces *volume)
     const PackedPair bond = lists.bonds.pair(k);
     const double d = bond.up_to_cutoff(ends.squared_distances[n]);
     const Span left = rules.of_ended(atom->radius[i] + atom->radius[bond.j], d);
-    journal.push_back({i, bond.j, atom->tag[bond.j], left.deq, PairEvent::ENDED});
     const double dlim =
         coefficients.law(bond.law).row.alpha * (atom->radius[i] + atom->radius[bond.j]);
-    note_event(i, bond.j, atom->tag[bond.j],
-               d < dlim * (1.0 - BOND_MARGIN) ? BondEvent::FAILED : BondEvent::AT_DLIM);
+    const bool failed = d < dlim * (1.0 - BOND_MARGIN);
+    journal.push_back(
+        {i, bond.j, atom->tag[bond.j], left.deq, failed ? PairEvent::FAILED : PairEvent::ENDED});
+    note_event(i, bond.j, atom->tag[bond.j], failed ? BondEvent::FAILED : BondEvent::AT_DLIM);
     if (rules.plastic) sums.add(i, bond.j, lists.nreact, FlowSums::ENDED, 1.0);
     end_at(i, bond.j, coefficients.law(bond.law).state(d * bond.inv_deq, bond).stored, work);
     if (volume) volume->bond_ends(lists, k);
@@ -291,13 +291,18 @@ void PairHistories::end_at(int i, int j, const Stored &held, PairWork *work)
   if (const auto heat = this->heat()) heat->add(i, j, j < lists.nreact, held.total());
 }
 
-// of own atom i and j; of one whose partner is far j is i. Of two that meet it the one with the lower ID tells
+// of own atom i and j
 void PairHistories::note_event(int i, int j, tagint partner, BondEvent::Why why)
 {
+  if (keeps_events && !is_copy(i, j)) add_event(i, partner, Vector(atom->x[j]), why);
+}
+
+void PairHistories::add_event(int i, tagint partner, const Vector &place_of_partner,
+                              BondEvent::Why why)
+{
   const tagint own = atom->tag[i];
-  if (!keeps_events || (i == j ? own > partner : is_copy(i, j))) return;
   BondEvent event = {update->ntimestep, why, std::min(own, partner), std::max(own, partner), {}};
-  ((Vector(atom->x[i]) + Vector(atom->x[j])) * 0.5).store(event.place);
+  ((Vector(atom->x[i]) + place_of_partner) * 0.5).store(event.place);
   domain->remap(event.place);
   events.push_back(event);
 }
@@ -351,15 +356,19 @@ void PairHistories::begin_bonds(PairWork *work)
   begins.clear();
 }
 
-// each on the ranks of both of its atoms
+// each on the ranks of both of its atoms, of which that of the lower ID notes the event
 void PairHistories::end_far_bonds(PairWork *work)
 {
   if (!rules.has_history()) return;
-  for (const FarBond &bond : far) {
+  for (size_t n = 0; n < far.size(); n++) {
+    const FarBond &bond = far[n];
     const double sum_radii = atom->radius[bond.i] + bond.radius;
     const double rest = rules.of_ended(sum_radii, bond.cutoff).deq;
-    journal.push_back({bond.i, -1, bond.partner, rest, PairEvent::ENDED});
-    note_event(bond.i, bond.i, bond.partner, bond.at_dlim ? BondEvent::AT_DLIM : BondEvent::FAILED);
+    journal.push_back(
+        {bond.i, -1, bond.partner, rest, bond.at_dlim ? PairEvent::ENDED : PairEvent::FAILED});
+    if (keeps_events && atom->tag[bond.i] < bond.partner)
+      add_event(bond.i, bond.partner, far_partners[n],
+                bond.at_dlim ? BondEvent::AT_DLIM : BondEvent::FAILED);
     sums.of(bond.i, FlowSums::ENDED) += 1.0;
     sums.of(bond.i, FlowSums::WORK) += 0.5 * bond.state.dissipated;
     if (const auto heat = this->heat()) heat->add(bond.i, -1, false, bond.state.stored.total());
@@ -367,7 +376,7 @@ void PairHistories::end_far_bonds(PairWork *work)
       sums.of(bond.i, FlowSums::SLIP) +=
           std::fabs(log_of_ratio(bond.state.inv_deq, 1.0 / bond.deq));
   }
-  far.clear();
+  forget_far();
   if (work) work->end_beyond_list();
 }
 
@@ -419,7 +428,7 @@ void PairHistories::apply(const PairEvent &event)
   else if (event.what == PairEvent::BEGAN)
     records->begin(event.i, event.partner, event.deq);
   else {
-    records->end(event.i, event.partner);
+    records->end(event.i, event.partner, event.what == PairEvent::FAILED);
     if (!rules.plastic) remember(Remembered::APART);
   }
 }
@@ -485,6 +494,20 @@ void PairHistories::tell_owners()
   for (const PairEvent &event : received) apply(event);
 }
 
+// Collective. Of atoms by ID, on any MPI rank
+std::vector<Vector> PairHistories::places_of(const std::vector<tagint> &ids) const
+{
+  std::vector<double> coordinates(atom->nlocal), found(3 * ids.size());
+  for (int c = 0; c < 3; c++) {
+    for (int i = 0; i < atom->nlocal; i++) coordinates[i] = atom->x[i][c];
+    const AtomDirectory directory(lmp, ids, coordinates.data());
+    for (size_t k = 0; k < ids.size(); k++) found[3 * k + c] = directory.entries.at(ids[k]).value;
+  }
+  std::vector<Vector> places(ids.size());
+  for (size_t k = 0; k < ids.size(); k++) places[k] = vector_of(found, (int) k);
+  return places;
+}
+
 int64_t PairHistories::find_far()
 {
   forget_far();
@@ -496,7 +519,8 @@ int64_t PairHistories::find_far()
   for (int k = 0; k < atom->nlocal + atom->nghost; k++) atoms.emplace_back(atom->tag[k], k);
   std::sort(atoms.begin(), atoms.end());
 
-  const auto add = [&](int i, const BondRecord &bond, const AtomDirectory::Entry &partner) {
+  const auto add = [&](int i, const BondRecord &bond, const AtomDirectory::Entry &partner,
+                       const Vector &place) {
     if (partner.type == 0 || !types.handles(atom->type[i], partner.type)) {
       without_pair++;
       if (partner.type == 0) deleted.emplace_back(i, (tagint) bond.partner);
@@ -511,6 +535,11 @@ int64_t PairHistories::find_far()
                    !(span.cutoff < dlim),
                    law.state(span.cutoff / bond.deq,
                              {1.0 / bond.deq, rules.flow_of_bonds(), limit, span.cutoff})});
+    if (!keeps_events) return;
+    double from[3], image[3];
+    place.store(from);
+    domain->closest_image(x[i], from, image);
+    far_partners.emplace_back(image);
   };
 
   std::vector<std::pair<int, int>> far_away;    // atom, slot: the partner is not even a ghost
@@ -531,17 +560,19 @@ int64_t PairHistories::find_far()
         is_near = is_near ||
             PairGeometry(x, i, at->second).dsq <= cutneighsq[atom->type[i]][atom->type[j]];
       if (!is_near || !types.handles(atom->type[i], atom->type[j]))
-        add(i, bond, {atom->type[j], atom->radius[j], rules.plastic ? limits[j] : 0.0});
+        add(i, bond, {atom->type[j], atom->radius[j], rules.plastic ? limits[j] : 0.0},
+            Vector(x[j]));
     }
 
   if (on_any(!partners.empty(), world)) {
     const AtomDirectory directory(lmp, partners, rules.plastic ? limits.data() : nullptr);
+    const std::vector<Vector> places = keeps_events ? places_of(partners)
+                                                    : std::vector<Vector>(partners.size());
     for (size_t k = 0; k < partners.size(); k++)
       add(far_away[k].first, records->of(far_away[k].first)[far_away[k].second],
-          directory.entries.at(partners[k]));
+          directory.entries.at(partners[k]), places[k]);
   }
-  for (const auto &[i, partner] : deleted)
-    if (rules.has_history()) records->forget(i, partner);
+  for (const auto &[i, partner] : deleted) records->forget(i, partner);
   return (int64_t) far.size() + without_pair;
 }
 

@@ -102,10 +102,14 @@ class PairHistories : protected Pointers {
   void return_to(const BondStore &, VolumeForces *volume);
 
   /// Collective, in the packing of a new neighbor list. Which bonds does it not have, as they are past its end? Returns how
-  /// many records of own atoms these are, with those whose partner is deleted or has another pair style. Where bonds flow
-  /// or end the records of those whose partner is deleted go.
+  /// many records of own atoms these are, with those whose partner is deleted or has another pair style. Records of
+  /// deleted partners go.
   int64_t find_far();
-  void forget_far() { far.clear(); }
+  void forget_far()
+  {
+    far.clear();
+    far_partners.clear();
+  }
 
   /// What these bonds hold at their cutoffs, and dissipate on the way there [energy]. Where bonds end these do so at the
   /// next commit().
@@ -135,7 +139,8 @@ class PairHistories : protected Pointers {
   struct PairEvent {
     enum What : int64_t {
       MOVED,         ///< deq of a bond, to this
-      ENDED,         ///< a bond; deq: of what is left of it
+      ENDED,         ///< a bond, past dlim; deq: of what is left of it
+      FAILED,        ///< the same at a strain
       REMEMBERED,    ///< a contact that has flowed, to this deq
       INSIDE,        ///< a contact that may not join before it has been apart
       JOINED,        ///< a bond that began, and may have been told before
@@ -163,6 +168,7 @@ class PairHistories : protected Pointers {
   std::vector<PairEvent>
       journal;    // what the records have not been told; between two tellings bonds that have ended
   std::vector<FarBond> far;
+  std::vector<Vector> far_partners;    // nearest images of their partners; with events only
   FlowSums sums;
   // of own atoms and ghosts: plastic strains, where bonds end by them; with plasticity how far their bonds hold, see Limit
   std::vector<double> strains, limits;
@@ -181,9 +187,11 @@ class PairHistories : protected Pointers {
   void find_owners();
   void end_at(int i, int j, const Stored &held, PairWork *);
   void share_limits(VolumeForces *, bool opens);
-  bool take_given_strains();
+  void take_given_strains();
   double limit_of(int law, int i, double of_partner) const;
   void note_event(int i, int j, tagint partner, BondEvent::Why);
+  std::vector<Vector> places_of(const std::vector<tagint> &ids) const;
+  void add_event(int i, tagint partner, const Vector &place_of_partner, BondEvent::Why);
   void warn_of_jumps();
   void add_contact(int i, const PackedPair &bond, double d, const Span &);
   template <class F> void for_each_limit(F &&);

@@ -48,7 +48,7 @@ template <class Base> class WithPerAtomComm : public Base, public PerAtomComm {
 
   void forward_comm(Values &values) override
   {
-    exchanged = &values;
+    set_exchanged(values, this->comm_forward);
     this->comm->forward_comm(this);
   }
 
@@ -73,7 +73,7 @@ template <class Base> class WithPerAtomComm : public Base, public PerAtomComm {
   void reverse_comm(Values &values) override
   {
     if (!this->force->newton_pair) return;
-    exchanged = &values;
+    set_exchanged(values, this->comm_reverse);
     this->comm->reverse_comm(this);
   }
 
@@ -119,6 +119,14 @@ template <class Base> class WithPerAtomComm : public Base, public PerAtomComm {
  private:
   Values *exchanged = nullptr;
   const double *shifted_by = nullptr;    // edges, for periodic images
+
+  // each of its owner or ghost: another width would bring values to other atoms, or lie out of bounds
+  void set_exchanged(Values &values, int width)
+  {
+    if (values.size() != (size_t) width * (this->atom->nlocal + this->atom->nghost))
+      this->error->one(FLERR, "{}: values to exchange are not {} per atom and ghost", who, width);
+    exchanged = &values;
+  }
 
   /// Where those of an atom begin; first may be behind the last one where nothing is sent.
   double *values_of(int first, int width) const

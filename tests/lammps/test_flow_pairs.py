@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from evp import law
 from oracle import metal
-from flowing import BONDS, MOVE, SHAKE, assert_flowed, flowing_pair, largest_difference, lead, read_pairs
+from flowing import BONDS, MOVE, SHAKE, SPHERE, assert_flowed, flowing_pair, largest_difference, lead, read_pairs
 from flowing import ROW as FLOWING
 from lammps_run import read_csv, write_state
 from small_bodies import dump, energies, grips, head, mass_of, pair, thermo, turn_about, words, write_body, write_two
@@ -126,9 +126,9 @@ def test_a_plastic_strain_that_is_given(lmp, tmp_path, small, ranks, newton):
     text += "group odd id 1:1999:2\nfix_modify bonds plastic_strain odd 0\nwrite_evp_bonds waits.bonds\nrun 1\nwrite_evp_bonds after.bonds\n"
     text += "run 20\nwrite_evp_bonds later.bonds\n"
     run = lmp(text, ranks).ok()
-    assert "a file that is written now does not have the plastic strains of fix_modify" in " ".join(run.stdout.split())
     x, y0 = run.dump("all.dump")[-1].x, FLOWING.xi_s
-    before, after = (read_pairs(tmp_path / f"{name}.bonds") for name in ("before", "after"))
+    before, waits, after = (read_pairs(tmp_path / f"{name}.bonds") for name in ("before", "waits", "after"))
+    assert all(values[len(SPHERE):] == ((0.0,) if k % 2 else ()) for k, values in waits.spheres.items()), "what waits is in the file"
     p, p_before = after.column("p"), before.column("p")
     assert all(p[k] == (0.0 if k % 2 else pytest.approx(p_before[k], abs=0.01)) for k in p) and max(p_before.values()) > 0.05
     assert read_pairs(tmp_path / "later.bonds").column("p") == pytest.approx(p, abs=1e-12)
@@ -140,6 +140,56 @@ def test_a_plastic_strain_that_is_given(lmp, tmp_path, small, ranks, newton):
         returned += wanted != deq
     imbalance, plastic = (run.thermo(-2)[name] for name in ("f_energy", "f_energy[9]"))
     assert returned > 10 and plastic[-1] > 1.001 * plastic[0] and abs(np.diff(imbalance)[-1]) < 1e-12 * plastic[-1]
+
+
+GIVEN = """group a id 1:10
+group b id 6:15
+fix_modify bonds plastic_strain a 0.1
+fix_modify bonds plastic_strain b 0.2
+group a delete
+group b delete
+group other id 20:30
+group a id 31:35
+"""
+WAITING = {"straight": "displace_atoms all move 0.015 0 0 units box\n", "restart": "write_restart wait.restart\nclear\n", "text": "write_data wait.data\nwrite_evp_bonds wait.bonds\nclear\n",
+           "before the recording": "", "twice": "fix_modify bonds plastic_strain other 0.3\nfix_modify bonds plastic_strain other 0\n"}
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (3, "on")])
+def test_a_plastic_strain_that_waits(lmp, tmp_path, small, ranks, newton):
+    """It is of the atoms that were in the group when it was given, wherever they go until the next run; of two the later one is in force."""
+    style = flowing_pair(kv=0, fix="")
+    hold = "fix hold all nve/noforce\nvelocity all set 0 0 0\ntimestep 1e-9\n"
+    start = head(newton) + style + "fix bonds all evp/bonds\n" + hold + "run 0\n"
+    for name, then in WAITING.items():
+        text = (start.replace("run 0\n", "") if name == "before the recording" else start) + GIVEN + then
+        if name == "restart":
+            text += head(newton, start="read_restart wait.restart") + "fix bonds all evp/bonds\n" + hold
+        elif name == "text":
+            text += head(newton, start="read_data wait.data") + style + "fix bonds all evp/bonds file wait.bonds\n" + hold
+        if name == "restart":  # on other ranks
+            first, text = text.split("clear\n")
+            lmp(first, ranks % 3 + 1).ok()
+        lmp(text + "run 0\nrun 1\nwrite_evp_bonds end.bonds\n", ranks).ok()
+        found = read_pairs(tmp_path / "end.bonds").column("p")
+        assert {k: p for k, p in found.items() if p} == {k: 0.1 if k < 6 else 0.2 for k in range(1, 16)}, name
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (3, "on")])
+def test_a_plastic_strain_that_is_given_before_a_minimization(lmp, tmp_path, small, ranks, newton):
+    """In force from its start: bonds that hold three times as far do not flow. Without it they do."""
+    row = words(FLOWING) + flow_words((0, 1, 0.05, 3))
+    text = head(newton) + flowing_pair(broken=None, kv=0, fix="fix bonds all evp/bonds zone 1.4").replace(words(FLOWING), row) + "fix move all nve\nrun 0\nwrite_evp_bonds before.bonds\n"
+    text += "region middle block 0.009 0.031 INF INF INF INF units box\ngroup middle region middle\ngroup ends subtract all middle\nfix hold ends setforce 0 0 0\n"
+    text += "displace_atoms all ramp x 0 0.0002 x 0 0.04 units box\n{}min_style cg\nmin_modify dmax 1e-4\nminimize 0 1.0 10000 100000\nwrite_evp_bonds after.bonds\n"
+    flowed = []
+    for given in ("fix_modify bonds plastic_strain all 0.05\n", ""):
+        run = lmp(text.format(given), ranks).ok()
+        assert "Stopping criterion = force tolerance" in run.stdout
+        before, after = (read_pairs(tmp_path / f"{name}.bonds") for name in ("before", "after"))
+        flowed.append(sum(after.bonds[key] != deq for key, deq in before.bonds.items()))
+        assert not given or set(after.column("p").values()) == {0.05}
+    assert flowed[0] == 0 < 5 < flowed[1]
 
 
 # ---- where deq may move

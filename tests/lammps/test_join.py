@@ -191,6 +191,27 @@ def test_events(lmp, tmp_path, sheared):
     assert kept[1] == kept[2] == kept[4]
 
 
+# 1 is at rest, 2 moves along x; the bond ends in this step, at this place. Far: 2 has left the neighbor list, or jumps past it
+PLACES = {"in the list": ("f f f", (-0.005, 0.005), 3000.0, 5e-3, 17, 0.00255), "left the list": ("f f f", (-0.005, 0.005), 3000.0, 1e-5, 17, 0.00255),
+          "jumps": ("f f f", (-0.005, 0.005), 3e5, 1e-3, 1, 0.015), "across the boundary": ("p f f", (0.0455, -0.0445), 3000.0, 5e-3, 17, -0.04695),
+          "far across the boundary": ("p f f", (0.0455, -0.0445), 3000.0, 1e-5, 17, -0.04695),
+          "jumps across the boundary": ("p p p", (0.0355, 0.0455), 1e5, 1e-3, 1, 0.0455), "jumps with its boundary": ("p p p", (0.0425, -0.0475), 1e5, 1e-3, 1, -0.0475)}
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (3, "on")])
+def test_places_of_events(lmp_decks, ranks, newton):
+    """Half way between both spheres, as nearest images."""
+    decks = {}
+    for name, (boundary, (one, two), speed, skin, step, _) in PLACES.items():
+        body = TWO.replace("-0.004 0.001 0.002", f"{one} 0.001 0.002").replace("0.006 0.001 0.002", f"{two} 0.001 0.002")
+        decks[name] = (head(newton, boundary, body, skin=skin) + "comm_modify cutoff 0.03\n" + pair(ROW, "join plasticity isotropic", "fix bonds all evp/bonds events all.events")
+                       + f"group second id 2\nfix move second move linear {speed} 0 0\ntimestep 1e-7\nrun {step}\n")
+    for name, run in lmp_decks(decks, ranks).items():
+        lines, places = read_events(run.folder / "all.events")
+        assert lines == [(PLACES[name][4], 1, 2, "dlim")], name
+        assert places[0] == pytest.approx([PLACES[name][5], 0.001, 0.002], abs=1e-9), name
+
+
 def test_a_jump_is_told(lmp):
     """A pair that comes from 1.36 to 1.08 (R_i + R_j) within a step joins there, and one warning says so; slowly it does not."""
     for steps, told in ((1, 1), (100, 0)):

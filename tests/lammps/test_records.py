@@ -4,6 +4,7 @@
 A refused recording leaves fix evp/bonds as it was, so that a program may mend the cause and run again. On other ranks: test_matrix.py."""
 
 import os
+import struct
 import subprocess
 
 import lammps_run
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 from evp import law
 from flowing import MOVE as MOVE_FLOWING
-from flowing import flowing_pair
+from flowing import flowing_pair, read_pairs
 from hostile import refused
 from lammps_run import REFERENCE, write_data
 from library import SHOWN, run_program
@@ -163,23 +164,50 @@ def test_many_bonds_stream(lmp, tmp_path):
     assert read_bonds(tmp_path / "b.bonds") == {f"{a} {b} {deq}" for a, b, deq in lines}
 
 
+@pytest.mark.parametrize("ranks", [1, 3])
+def test_many_spheres_stream(tmp_path, ranks):
+    """300 000 lines of spheres, 26 MB as numbers: no MPI rank has them all at once. Their atoms are not there, which is found at the end."""
+    text = [f"sphere {k} 0.1 0 0 5 5 0 0 0 0 0\n" for k in range(501, 300_501)]
+    for name, lines in (("one", text[:1]), ("all", text)):
+        (tmp_path / f"{name}.bonds").write_text(f"# EVP bonds COUNT: 0 SPHERES: {len(lines)} UNITS: si\n{''.join(lines)}", encoding="utf-8")
+    program = f"""
+def peak():
+    return next(int(line.split()[1]) / 1024 for line in open("/proc/self/status") if line.startswith("VmHWM"))
+found = []
+for name in ("one", "all"):
+    tell("clear", LOAD)
+    found += [tell({deck("file NAME.bonds")!r}.replace("NAME", name)), peak()]
+os.write(1, f"\\nMB {{found[3] - found[1]}} {{found[0] == found[2].replace('all', 'one')}} {{found[0]}}\\n".encode())
+"""
+    lines = [line.split(maxsplit=3) for line in run_program(program, tmp_path, ranks).stdout.splitlines() if line.startswith("MB")]
+    assert len(lines) == ranks
+    for _, more, same, message in lines:
+        assert float(more) < 10.0 and same == "True" and "names an atom that is not there, or twice" in message, lines
+
+
 # ---- restart and data files ----
 
 
 def test_coefficients_come_back_from_restart_and_data(lmp, tmp_path, reference):
-    """Three rows with exponents that are no integers; energies before and after are the same. Rows and measures of a restart file: test_rows.py."""
+    """Three rows with exponents that are no integers; energies before and after are the same. Rows and measures of a restart file: test_rows.py. A data
+    file has no coefficients, but those of older versions are read."""
     write_data(tmp_path / "two.data", reference.x, reference.radius, reference.box, 1 + np.arange(500) % 2)
     rows = "\n".join(["pair_coeff 1 1 80.1 8 4 3 7.53 3.21 0.00512345678901 0 1.45",
                       "pair_coeff 1 2 70.7 8.5 4 3.3 8 4 0.006 12.5 1.5", "pair_coeff 2 2 60 6 3 3 8 4 0.005 0 1.4"])
     show = "\n" + thermo("pe") + "run 0\n"
     first = head(start="read_data two.data") + "pair_style evp/lj contact repulsive overlap 0.45\n" + rows + show
     starts = (first + "write_restart two.restart\nwrite_data all.data pair ij\n", head(start="read_restart two.restart") + show,
-              head(start="pair_style evp/lj contact repulsive\nread_data all.data") + show, first.replace("70.7", "99.9"))
-    runs = [lmp(text).ok() for text in starts]
+              head(start="pair_style evp/lj contact repulsive\nread_data older.data") + show, first.replace("70.7", "99.9"))
+    runs = []
+    for text in starts:
+        runs.append(lmp(text).ok())
+        data = (tmp_path / "all.data").read_text(encoding="utf-8")
+        assert "Coeffs" not in data
+        (tmp_path / "older.data").write_text(data.replace("\nAtoms", "\nPairIJ Coeffs # evp/lj\n\n" + rows.replace("pair_coeff ", "") + "\n\nAtoms"), encoding="utf-8")
     energy, restarted, read, other = (run.thermo()["PotEng"][0] for run in runs)
     assert abs(energy) > 0.1 and abs(other / energy - 1.0) > 1e-3, "control: the rows matter"
     assert restarted == energy and "contact repulsive" in runs[1].stdout and "overlap warning above 0.45" in runs[1].stdout
-    assert read == pytest.approx(energy, rel=1e-14)  # %.15g of the coefficients
+    assert read == pytest.approx(energy, rel=1e-14)  # positions of the data file
 
 
 # ---- which atoms are one body goes through restart files and, in the header, through bond files; and is refused where it would change ----
@@ -290,6 +318,43 @@ write_restart gone.restart
             (2, 2, 0, 1), (1, 2, 1, 1), (1, 2, 1, 1)]
 
 
+@pytest.mark.parametrize("style, more", [("literal", "fix energy all evp/energy\n"), ("literal", "fix volume all evp/volume 500\n"), ("none break 0.5", "")])
+def test_records_of_deleted_partners_go(lmp, tmp_path, bar, style, more):
+    """Else they would be looked for at each neighbor build. They count as before: as recorded, and as not acting, after a restart too."""
+    gone = 90
+    partners = sum(gone in pair for pair in bar.bonds)
+    columns = thermo("f_bonds f_bonds[1]") + "thermo_modify lost ignore\n"
+    deleted, lost = f"group gone id {gone}\ndelete_atoms group gone compress no\n", f"set atom {gone} vx -1e9\n"
+    for ranks, newton, how in ((1, "on", deleted), (2, "off", lost), (3, "on", deleted)):
+        text = head(newton) + pair(contact=style) + more + MOVE + columns + f"timestep 1e-9\nrun 0\nwrite_restart whole.restart\n{how}"
+        run = lmp(text + "neigh_modify check no\nrun 3\nwrite_restart cut.restart\nwrite_evp_bonds cut.bonds\n", ranks).ok()
+        again = lmp(head(newton, start="read_restart cut.restart") + "fix bonds all evp/bonds\n" + more + MOVE + columns + "run 1\n", ranks % 3 + 1).ok()
+        assert [(table["f_bonds"][-1], table["f_bonds[1]"][-1]) for table in (run.thermo(), again.thermo())] == [(len(bar.bonds), partners)] * 2
+        whole, cut = ((tmp_path / f"{name}.restart").read_bytes().count(struct.pack("<q", gone)) for name in ("whole", "cut"))
+        assert whole > partners and cut == 0, "ID in the records of its partners"
+        assert len(read_pairs(tmp_path / "cut.bonds").bonds) == len(bar.bonds) - partners, (ranks, how)
+
+
+@pytest.mark.parametrize("broken", ["contact none break 0.05", "contact repulsive plasticity isotropic break 0.05"])
+def test_why_bonds_ended(lmp, tmp_path, bar, broken):
+    """f_ID[7] failed and f_ID[8] passed dlim, together f_ID[5], as the events say: the same on all ranks, after a restart and with a bond file. With eq. 8
+    short bonds break and long ones pass dlim first."""
+    style, columns = f"pair_style evp/lj {broken} overlap 0.7\npair_coeff * * 80 8 4 3 8 4 0.005 0 1.5\n", thermo("f_bonds[5] f_bonds[7] f_bonds[8]")
+    go = "fix move all nve\ntimestep 3e-7\nrun {}\n"
+    text = style + "fix bonds all evp/bonds events {}.events\n" + FLOWING_SWING + columns
+    found = set()
+    for ranks, newton in ((1, "on"), (2, "off"), (3, "on")):
+        run = lmp(head(newton) + text.format("first") + go.format(300) + "write_restart half.restart\nwrite_data half.data nocoeff\nwrite_evp_bonds half.bonds\nrun 300\n", ranks).ok()
+        found.add(tuple(run.thermo()[f"f_bonds[{k}]"][-1] for k in (5, 7, 8)))
+        lines = (tmp_path / "first.events").read_text(encoding="utf-8")
+        for start, fix in (("read_restart half.restart", "fix bonds all evp/bonds"), ("read_data half.data", "fix bonds all evp/bonds file half.bonds")):
+            table = lmp(head(newton, start=start) + style + fix + "\n" + columns + go.format(300), ranks % 3 + 1).ok().thermo()
+            assert 0 < table["f_bonds[7]"][0] < table["f_bonds[7]"][-1] and table["f_bonds[8]"][-1] > 0, "control"
+            found.add(tuple(table[f"f_bonds[{k}]"][-1] for k in (5, 7, 8)))
+        found.add((lines.count(" failed ") + lines.count(" dlim "), lines.count(" failed "), lines.count(" dlim ")))
+    assert len(found) == 1, found
+
+
 # ---- runs that go on from a restart file, of their middle or of the moment where they were killed, to the last bit ----
 
 TOTAL, EVERY = 1200, 370  # steps of the run, and from one restart file to the next, for which LAMMPS builds its lists
@@ -321,6 +386,33 @@ def test_runs_resume_to_the_last_bit(lmp, lmp_decks, tmp_path, bar, name, ranks)
         assert all(np.array_equal(end[column], values) for column, values in expected.columns.items()), step
         ours, theirs = ((folder / "end.bonds").read_text(encoding="utf-8").splitlines() for folder in (run.folder, tmp_path))
         assert sorted(ours) == sorted(theirs), step
+
+
+EVENTS = "fix bonds all evp/bonds events all.events\n"
+
+
+@pytest.mark.parametrize("broken", ["contact none break 0.05", "contact repulsive plasticity isotropic break 0.05"])
+def test_events_of_runs_that_go_on(lmp, tmp_path, bar, broken):
+    """After a restart the file goes on where the restart file was written, though the run before went further; a run that starts begins it anew, from a bond file too."""
+    file, style = tmp_path / "all.events", f"pair_style evp/lj {broken} overlap 0.7\npair_coeff * * 80 8 4 3 8 4 0.005 0 1.5\n"
+    move = "fix move all nve\ntimestep 3e-7\n"
+    for ranks, newton in ((1, "on"), (2, "off"), (3, "on")):
+        start = head(newton, sort="sort 0 0") + style + EVENTS + FLOWING_SWING + move
+        again = head(newton, start="read_restart half.restart", sort="sort 0 0") + EVENTS + move
+        file.write_text("17 lines of another run\n", encoding="utf-8")
+        lmp(start + "run 300\nwrite_restart half.restart\nwrite_data half.data nocoeff\nwrite_evp_bonds half.bonds\nrun 300\n", ranks).ok()
+        whole = file.read_text(encoding="utf-8")
+        steps = [int(line.split()[0]) for line in whole.splitlines()[1:]]
+        assert whole.startswith("# step i j what x y z\n") and sum(step <= 300 for step in steps) > 10 < sum(step > 300 for step in steps), "control"
+        file.write_text(whole[:-3], encoding="utf-8")  # killed as it wrote
+        for more in ("run 100\nrun 50\n", "run 300\n"):
+            lmp(again + more, ranks).ok()
+        assert file.read_text(encoding="utf-8") == whole, (ranks, newton)
+        file.unlink()
+        lmp(again + "run 300\n", ranks).ok()
+        assert file.read_text(encoding="utf-8").splitlines()[1:] == [line for line in whole.splitlines()[1:] if int(line.split()[0]) > 300]
+        lmp(head(newton, start="read_data half.data") + style + EVENTS.replace(" events", " file half.bonds events") + move + "run 0\n", ranks).ok()
+        assert file.read_text(encoding="utf-8") == "# step i j what x y z\n"
 
 
 # ---- what is not recorded, and who says so ----

@@ -156,7 +156,7 @@ def section(path, ntypes):
     """Of fix evp/bonds in a restart file: words of the measures; None where there are none."""
     data = path.read_bytes()
     name = b"evp/bonds\0"
-    start = data.index(name) + len(name) + 4 + 14 * 8
+    start = data.index(name) + len(name) + 4 + 16 * 8
     count = ntypes * (ntypes + 1)
     known, *words = struct.unpack_from(f"<{1 + count}d", data, start)
     return tuple(words) if known else None
@@ -244,16 +244,20 @@ def test_volume_by_rows_without_kv_is_off(lmp_decks, bar):
 
 
 def test_a_row_of_a_file(lmp, bar, tmp_path):
-    """pair_coeff takes the word that read_evp_row takes (test_commands.py), and write_data writes the row as it was given; long lines are told of, as read_data
-    cuts them at 255 characters in silence."""
+    """pair_coeff takes the word that read_evp_row takes (test_commands.py)."""
     (tmp_path / "p.evp").write_text(f"# UNITS: si\nmetal {said(ONE, METAL)} density 2700\n".replace("80 8", "79.999999999999986 8"), encoding="utf-8")
-    run = lmp(head() + coeffs({"* *": "p.evp:metal"}) + BONDS + "fix move all nve\nrun 0\nwrite_data both.data pair ij\n", ranks=2).ok()
+    run = lmp(head() + coeffs({"* *": "p.evp:metal"}) + BONDS + "fix move all nve\nrun 0\n", ranks=2).ok()
     assert len(scaling_lines(run)) == 3
-    assert "1 2 79.99999999999999 8 4 3 8 4 0.005 50 1.5 spacing 0.009 coordination 12 kv 700 density 2700\n" in (tmp_path / "both.data").read_text(encoding="utf-8")
-    third = law.Row(*(value + 1.0 / 3.0 for value in ONE[:6]), 1.0 / 300.0, 100.0 / 3.0, 1.5 + 1.0 / 3.0)
-    more = dict.fromkeys(("spacing", "coordination", "kv", "density"), 1.0 / 3.0)
-    run = lmp(head() + coeffs({"* *": said(third, more)}) + BONDS + "fix move all nve\nrun 0\nwrite_data long.data\n").ok()
-    assert sum("longer than 254 characters" in line for line in run.warnings()) == 2
+
+
+@pytest.mark.parametrize("style, sub, options", [("evp/lj", "", ""), ("evp/lj", "", "pair ij"), ("hybrid/overlay evp/lj zero 0.001 nocoeff", "evp/lj ", "pair ij")])
+def test_read_data_reads_what_write_data_writes(lmp, bar, style, sub, options):
+    """Of a row that is longer than the 254 characters that read_data takes: its data file has no coefficients."""
+    row = f"{words(ONE)} spacing 0.009 coordination 12 flow 0 1 " + " ".join(f"{p / 31.0:.17g} {1.0 + p / 41.0:.17g}" for p in range(1, 12))
+    assert len(row) > 254
+    pairs = f"pair_style {style}\npair_coeff * * {sub}{row}\n" + ("pair_coeff * * zero\n" if sub else "") + BONDS + "fix move all nve\n" + thermo("pe") + "run 0\n"
+    run = lmp(head() + STIR + pairs + f"write_data long.data {options}\nclear\npair_style {style}\n" + head(start="read_data long.data") + pairs, ranks=2).ok()
+    assert run.thermo(0)["PotEng"][0] == run.thermo(1)["PotEng"][0] and not run.warnings()
 
 
 # ---- types without bonds of their own: atoms among those of another type, types that are set later

@@ -64,15 +64,22 @@ TEST(BondStore, WordsBringRecordsAndHistoryToAnotherPlace)
       store.sphere(2) = own;
       store.remembered_of(2).push_back({12, 0.875, Remembered::CONTACT});
     }
+    store.keep_given(true);
+    store.given(2) = 0.25;
     std::vector<double> words(store.words_of(2));
     ASSERT_EQ(store.pack(2, words.data()), (int) words.size());
 
     BondStore other(with_history);
+    EXPECT_FALSE(other.fits(words.data(), words.size()));
+    other.keep_given(true);
     other.grow(2);
+    EXPECT_TRUE(other.fits(words.data(), words.size()));
     ASSERT_EQ(other.unpack(1, words.data()), (int) words.size());
     other.copy(1, 0);
     other.clear(1);
     EXPECT_TRUE(other.of(1).empty());
+    EXPECT_EQ(other.given(0), 0.25);
+    EXPECT_EQ(other.given(1), BondStore::NOT_GIVEN);
     expect_same(other.of(0), store.of(2));
     EXPECT_EQ(other.has_flowed(2), with_history);
     EXPECT_FALSE(recorded(with_history).has_flowed(4));
@@ -96,11 +103,12 @@ TEST(BondStore, BondsMoveAndEndOnBothSidesAndAreCountedOnce)
   EXPECT_EQ(store.find(2, 7)->deq, 1.25) << "the other side is another record";
   EXPECT_EQ(store.count_sides(3), 6);
   for (int twice = 0; twice < 2; twice++) {    // either copy of a bond may say so
-    store.end(0, 9);
-    store.end(2, 7);
+    store.end(0, 9, true);
+    store.end(2, 7, true);
     store.move(0, 9, 1.5);
   }
-  EXPECT_EQ(store.ended(), 1);
+  EXPECT_EQ(store.counts().ended, 1);
+  EXPECT_EQ(store.counts().failed, 1);
   EXPECT_EQ(store.count_sides(3), 4);
   EXPECT_EQ(store.find(0, 9), nullptr);
   expect_same(store.of(0), {{5, 1.5}});

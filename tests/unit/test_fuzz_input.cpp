@@ -142,7 +142,7 @@ TEST(Fuzz, ParameterFileGivesALawOrARefusal)
 
 TEST(Fuzz, BondFileGivesBondsOrARefusal)
 {
-  std::string good = EVP::bond_header({4, EVP::BodyRule::ALL, 0.0, 2, 3, 1}, "si") +
+  std::string good = EVP::bond_header({4, EVP::BodyRule::ALL, 0.0, 2, 1, {3, 2}}, "si") +
       "\nsphere 3 0.5 0.1 0 12 13 0.5 0.7 0.1 1 0.05 1\n";
   for (int k = 1; k <= 6; k++)
     good += EVP::bond_text({k, k + 1, 0.01 * (1.0 + k / 7.0), k > 4 ? k % 2 : EVP::BondLine::BOND});
@@ -151,13 +151,17 @@ TEST(Fuzz, BondFileGivesBondsOrARefusal)
     EVP::BondReader reader(stream, "fuzz.bonds", "si");
     const size_t most = 1 + vandal.below(8);
     std::vector<EVP::BondLine> bonds;
-    for (size_t before = 0; reader.read(bonds, most); before = bonds.size())
-      EXPECT_EQ(bonds.size(), before + most);
+    std::vector<EVP::SphereLine> spheres;
+    const auto lines = [&] {
+      return bonds.size() + spheres.size();
+    };
+    for (size_t before = 0; reader.read(bonds, spheres, most); before = lines())
+      EXPECT_EQ(lines(), before + most);
     for (const auto &bond : bonds) {
       EXPECT_TRUE(bond.id_i > 0 && bond.id_j > 0);
       EXPECT_TRUE(bond.deq > 0.0 && std::isfinite(bond.deq)) << bond.deq;
     }
-    for (const auto &sphere : reader.spheres)
+    for (const auto &sphere : spheres)
       for (const double value : sphere.values) EXPECT_TRUE(sphere.id > 0 && std::isfinite(value));
   });
 }

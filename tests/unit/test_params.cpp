@@ -5,6 +5,7 @@
 
 #include "core/coefficients.h"
 #include "core/files.h"
+#include "core/seal.h"
 
 #include <cmath>
 #include <cstdlib>
@@ -76,7 +77,8 @@ std::vector<BondLine> read_all(const std::string &text, const std::string &file 
   std::istringstream stream(text);
   EVP::BondReader reader(stream, file, "si");
   std::vector<BondLine> bonds;
-  while (reader.read(bonds, 3)) {}
+  std::vector<EVP::SphereLine> spheres;
+  while (reader.read(bonds, spheres, 3)) {}
   return bonds;
 }
 
@@ -342,20 +344,21 @@ TEST(BondReader, ReadsHeaderAndSpheresBackToTheLastBit)
                                {1.0 / 3.0, 0.1 + 0.2, 1e-9, 12, 13, -1.0 / 3.0, 0.7, 0, 0, 0.125, 2}};
   EVP::SphereLine other = one;
   other.id = 9;
-  std::istringstream stream(EVP::bond_header({1, EVP::BodyRule::TYPE, 1.3, 0, 5, 2}, "si") + "\n" +
-                            EVP::sphere_text(one) + EVP::bond_text({1, 2, 0.01}) +
+  std::istringstream stream(EVP::bond_header({1, EVP::BodyRule::TYPE, 1.3, 0, 2, {5, 3}}, "si") +
+                            "\n" + EVP::sphere_text(one) + EVP::bond_text({1, 2, 0.01}) +
                             EVP::sphere_text(other));
   EVP::BondReader reader(stream, "body.bonds", "si");
   std::vector<BondLine> bonds;
-  while (reader.read(bonds, 1)) {}
-  ASSERT_EQ(reader.spheres.size(), 2u);
+  std::vector<EVP::SphereLine> spheres;
+  while (reader.read(bonds, spheres, 1)) {}
+  ASSERT_EQ(spheres.size(), 2u);
   EXPECT_EQ(bonds.size(), 1u);
   EXPECT_EQ(reader.header.zone, 1.3);
-  EXPECT_EQ(reader.header.ended, 5);
+  EXPECT_EQ(reader.header.counts.ended, 5);
+  EXPECT_EQ(reader.header.counts.failed, 3);
   EXPECT_TRUE(reader.header.within == EVP::BodyRule::TYPE);
-  EXPECT_EQ(reader.spheres[1].id, 9);
-  for (int k = 0; k < EVP::SphereLine::NVALUES; k++)
-    EXPECT_EQ(reader.spheres[0].values[k], one.values[k]);
+  EXPECT_EQ(spheres[1].id, 9);
+  for (int k = 0; k < EVP::SphereLine::NVALUES; k++) EXPECT_EQ(spheres[0].values[k], one.values[k]);
 }
 
 TEST(BondReader, SkipsCommentsEmptyLinesAndDosLineEnds)
@@ -396,7 +399,9 @@ TEST(BondReader, NamesLineCauseAndFileOfEachDamage)
       {header(1) + std::string("1 2 0.\0\n", 8), "line 2: deq must be a finite decimal number"},
       {header(0) + "contact 1 2 0.01\n", "holds 1 contacts, its header says 0", "incomplete"},
       {header(0) + SPHERE, "holds 1 spheres, its header says 0", "incomplete"},
-      {EVP::bond_header({0, EVP::BodyRule::ALL, 0.0, 0, 0, 2}, "si") + "\n" + SPHERE,
+      {EVP::bond_header({0, EVP::BodyRule::ALL, 0.0, 0, 0, {1, 2}}, "si") + "\n",
+       "FAILED is a part of ENDED, got FAILED: 2 of ENDED: 1"},
+      {EVP::bond_header({0, EVP::BodyRule::ALL, 0.0, 0, 2}, "si") + "\n" + SPHERE,
        "holds 1 spheres, its header says 2"},
       {header(0) + "sphere 1 0.5\n", "line 2: expected 'sphere id p work slip", "got 3 words"},
       {header(0) + "sphere 0 0 0 0 0 0 0 0 0 0 0 1\n", "line 2: id must be", "at least 1, got '0'"},
@@ -433,6 +438,31 @@ void expect_factors(const EVP::Factors &found, double energies, double gamma, do
   EXPECT_NEAR(found.energies, energies, 8 * EPSILON * energies);
   EXPECT_NEAR(found.gamma, gamma, 8 * EPSILON * gamma);
   EXPECT_NEAR(found.kv, kv, 8 * EPSILON * kv);
+}
+
+TEST(Seal, ShowsEachChangedBitOfARowAndItComesBack)
+{
+  EVP::Row row;
+  row.e1 = 80.0;
+  row.limit_own = 1.0;
+  row.rate_rate0 = 1e-3;
+  row.flow.n = 2;
+  row.flow.p[1] = 0.25;
+  row.flow.y[0] = row.flow.y[1] = 1.0;
+  std::vector<double> words = EVP::words_of(row);
+  ASSERT_EQ(words.size(), (size_t) EVP::ROW_WORDS);
+  EXPECT_TRUE(EVP::row_of_words(words.data()) == row);
+  EVP::seal(words);
+  ASSERT_TRUE(EVP::is_sealed(words.data(), words.size()));
+  EXPECT_FALSE(EVP::is_sealed(words.data(), words.size() - 1));
+  EXPECT_FALSE(EVP::is_sealed(nullptr, 0));
+  for (double &word : words)
+    for (int bit = 0; bit < 64; bit++) {
+      const double before = word;
+      word = EVP::bits_as<double>(EVP::bits_as<uint64_t>(word) ^ uint64_t{1} << bit);
+      EXPECT_FALSE(EVP::is_sealed(words.data(), words.size()));
+      word = before;
+    }
 }
 
 }    // namespace
