@@ -36,6 +36,13 @@ struct Remembered {
 };
 constexpr const char *REMEMBERED[] = {"contact", "apart", "inside"};    ///< for users
 
+/// Bonds that have changed since the recording.
+struct BondCounts {
+  int64_t ended = 0;     ///< for good
+  int64_t failed = 0;    ///< of these, at a strain; the others passed dlim
+  int64_t begun = 0;
+};
+
 /// What a sphere keeps beside its pairs.
 struct Sphere {
   double p;           ///< plastic strain
@@ -110,11 +117,9 @@ class BondStore {
   /// Pairs recorded, over all MPI ranks.
   int64_t count() const { return npairs; }
 
-  /// Bonds that have ended so far, as this MPI rank has counted them: their atoms may have gone since.
-  int64_t ended() const { return nended; }
-
-  /// Bonds that have begun since the recording, counted likewise.
-  int64_t begun() const { return nbegun; }
+  /// Those that this MPI rank has counted: their atoms may have gone since.
+  const BondCounts &counts() const { return counted; }
+  void set_counts(const BondCounts &counts) { counted = counts; }
 
   /// A plastic strain for the spheres of a group, which waits for the next step that moves their limits.
   struct GivenStrain {
@@ -159,7 +164,7 @@ class BondStore {
     with_history = keep;
     spheres.clear();
     remembered.clear();
-    nended = nbegun = 0;
+    counted = {};
     joins_by = {};
     grow((int) bonds.size());
     changed();
@@ -210,18 +215,16 @@ class BondStore {
     }
     reaches = 0.0;
     joins_by = {};
-    restore(true, npairs_in, highest_in, 0, 0);
+    restore(true, npairs_in, highest_in, {});
   }
 
-  /// Takes what a restart file says of all records; those of the atoms follow by unpack(). ended, begun: on one MPI rank.
-  void restore(bool recorded_in, int64_t npairs_in, int64_t highest_in, int64_t ended_in,
-               int64_t begun_in)
+  /// Takes what a restart file says of all records; those of the atoms follow by unpack(). counts: on one MPI rank.
+  void restore(bool recorded_in, int64_t npairs_in, int64_t highest_in, const BondCounts &counts)
   {
     recorded = recorded_in;
     npairs = npairs_in;
     highest = highest_in;
-    nended = ended_in;
-    nbegun = begun_in;
+    counted = counts;
     changed();
   }
 
@@ -279,14 +282,11 @@ class BondStore {
   }
 
   /// A bond of atom i has ended. The atom with the lower ID counts it.
-  void end(int i, int64_t partner)
+  void end(int i, int64_t partner, bool failed)
   {
-    if (erase(i, partner) && id_of(i) < partner) nended++;
-  }
-  void count(int64_t more_ended, int64_t more_begun)
-  {
-    nended += more_ended;
-    nbegun += more_begun;
+    if (!erase(i, partner) || id_of(i) > partner) return;
+    counted.ended++;
+    counted.failed += failed;
   }
 
   /// A bond of atom i begins. The atom with the lower ID counts it.
@@ -297,7 +297,7 @@ class BondStore {
     const auto at = std::lower_bound(own.begin(), own.end(), bond, precedes);
     if (at != own.end() && at->partner == partner) return;
     own.insert(at, bond);
-    if (id_of(i) < partner) nbegun++;
+    if (id_of(i) < partner) counted.begun++;
   }
 
   /// The partner of a bond of atom i was deleted. The slips that wait are those of the bonds that are left; with history only.
@@ -451,7 +451,8 @@ class BondStore {
   bool with_history, with_volume = false;
   long version_now;
   bool recorded = false, closed = false;
-  int64_t npairs = 0, highest = 0, nended = 0, nbegun = 0;
+  int64_t npairs = 0, highest = 0;
+  BondCounts counted;
 
   // per atom
   std::vector<int64_t> recorded_as;    // ID, negative of those that were left loose; 0: unseen

@@ -196,9 +196,9 @@ inline Row row_from_text(const std::string &text, const std::string &file, const
 //     1 17 0.0101234
 //
 // Words of the header with a number or name each, those that are not needed left out: WITHIN and ZONE as given to fix
-// evp/bonds, CONTACTS for the number of lines of pairs that are no bonds, ENDED for that of bonds that have ended,
-// JOINED for that of bonds that have begun, JOIN, or JOIN_ALL, for the distance over R_i + R_j by which pairs are inside,
-// SPHERES.
+// evp/bonds, CONTACTS for the number of lines of pairs that are no bonds, ENDED for that of bonds that have ended, FAILED
+// for that of those of them that failed at a strain, JOINED for that of bonds that have begun, JOIN, or JOIN_ALL, for the
+// distance over R_i + R_j by which pairs are inside, SPHERES.
 // Reads in pieces, whatever the size; every refusal is a BadInput that names the line.
 
 /// What the header says beside the units.
@@ -206,8 +206,8 @@ struct BondHeader {
   int64_t bonds = 0;
   BodyRule within = BodyRule::ALL;    ///< which atoms were one body when the file was written
   double zone = 0.0;    ///< up to zone (R_i + R_j) pairs were recorded; 0: up to alpha
-  int64_t contacts = 0, ended = 0, spheres = 0;
-  int64_t begun = 0;
+  int64_t contacts = 0, spheres = 0;
+  BondCounts counts = {};
   JoinRule joins_by = {};    ///< see BondStore
 };
 
@@ -241,8 +241,10 @@ inline std::string bond_header(const BondHeader &header, const std::string &unit
     text += std::string(" WITHIN: ") + BODY_RULES[(int) header.within];
   if (header.zone > 0.0) text += " ZONE: " + shortest_text(header.zone);
   if (header.contacts > 0) text += " CONTACTS: " + std::to_string(header.contacts);
-  if (header.ended > 0) text += " ENDED: " + std::to_string(header.ended);
-  if (header.begun > 0) text += " JOINED: " + std::to_string(header.begun);
+  const BondCounts &counts = header.counts;
+  if (counts.ended > 0) text += " ENDED: " + std::to_string(counts.ended);
+  if (counts.failed > 0) text += " FAILED: " + std::to_string(counts.failed);
+  if (counts.begun > 0) text += " JOINED: " + std::to_string(counts.begun);
   if (header.joins_by.within > 0.0)
     text +=
         (header.joins_by.all ? " JOIN_ALL: " : " JOIN: ") + shortest_text(header.joins_by.within);
@@ -278,6 +280,10 @@ class BondReader {
         throw BadInput("the bonds are in UNITS: " + shown(words[5]) + ", but 'units " + units +
                        "' is in force");
       header.bonds = parse_whole("COUNT", words[3], 0);
+      if (header.counts.failed > header.counts.ended)
+        throw BadInput(
+            "FAILED is a part of ENDED, got FAILED: " + std::to_string(header.counts.failed) +
+            " of ENDED: " + std::to_string(header.counts.ended));
     });
     if (line_number == 0)
       throw BadInput("the bond file is empty or cannot be read (file '" + file + "')");
@@ -323,9 +329,11 @@ class BondReader {
     else if (word == "CONTACTS:")
       header.contacts = parse_whole("CONTACTS", value, 0);
     else if (word == "ENDED:")
-      header.ended = parse_whole("ENDED", value, 0);
+      header.counts.ended = parse_whole("ENDED", value, 0);
+    else if (word == "FAILED:")
+      header.counts.failed = parse_whole("FAILED", value, 0);
     else if (word == "JOINED:")
-      header.begun = parse_whole("JOINED", value, 0);
+      header.counts.begun = parse_whole("JOINED", value, 0);
     else if (word == "JOIN:" || word == "JOIN_ALL:")
       header.joins_by = {parse_number("JOIN", value), word == "JOIN_ALL:"};
     else if (word == "SPHERES:")

@@ -173,8 +173,7 @@ void BondRecording::record_file(const std::string &name, const PairRules &rules)
         reader = std::make_unique<BondReader>(stream, name, update->unit_style);
         state[2] = (bigint) reader->header.within;
         zone = reader->header.zone;
-        ended = reader->header.ended;
-        begun = reader->header.begun;
+        counts = reader->header.counts;
         joins_by = reader->header.joins_by;
       }
       if (me == 0) state[0] = reader->read(lines, LINES_PER_MESSAGE);
@@ -185,8 +184,7 @@ void BondRecording::record_file(const std::string &name, const PairRules &rules)
     throw_together(complaint, world);
     MPI_Bcast(state, 3, MPI_LMP_BIGINT, 0, world);
     MPI_Bcast(&zone, 1, MPI_DOUBLE, 0, world);
-    MPI_Bcast(&ended, 1, MPI_LMP_BIGINT, 0, world);
-    MPI_Bcast(&begun, 1, MPI_LMP_BIGINT, 0, world);
+    MPI_Bcast(&counts, sizeof(counts), MPI_BYTE, 0, world);
     MPI_Bcast(&joins_by, sizeof(joins_by), MPI_BYTE, 0, world);
     if (within == BodyRule::ALL) within = (BodyRule) state[2];
     if (within == BodyRule::MOLECULE) {
@@ -278,9 +276,9 @@ void BondRecording::give_to(BondStore &store)
 
   store.within = within;
   store.zone = zone;
-  store.record(made, atom->tag, sides / 2 + ended - begun, highest);
+  store.record(made, atom->tag, sides / 2 + counts.ended - counts.begun, highest);
   if (store.has_history()) {
-    if (comm->me == 0) store.count(ended, begun);
+    if (comm->me == 0) store.set_counts(counts);
     store.joins_by = joins_by;
     for (size_t i = 0; i < remembered.size(); i++) store.remembered_of((int) i) = remembered[i];
   }

@@ -50,7 +50,7 @@ class BondRecording : protected Pointers {
   std::vector<BondStore::Bonds> made;                 // of each local atom
   std::vector<std::vector<Remembered>> remembered;    // of each local atom, from a file
   std::vector<std::pair<int, SphereLine>> spheres;
-  bigint ended = 0, begun = 0;                    // bonds
+  BondCounts counts;                              // from a file
   JoinRule joins_by;                              // see BondStore
   std::string source;                             // for users
   std::vector<std::vector<Remembered>> inside;    // of each local atom, of those with a new one

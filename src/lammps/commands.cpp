@@ -34,11 +34,13 @@ void WriteEVPBonds::command(int narg, char **arg)
   const BondStore &records = find_records();
   BondHeader header = {};
   std::string text = lines_of_pairs(records, header) + lines_of_spheres(records, header);
-  const auto counts = reduce_all(
-      std::array{header.bonds, header.contacts, header.spheres, records.ended(), records.begun()},
-      MPI_SUM, world);
-  header = {counts[0], records.within, records.zone, counts[1],
-            counts[3], counts[2],      counts[4],    records.joins_by};
+  const auto [ended, failed, begun] = records.counts();
+  const auto sums =
+      reduce_all(std::array{header.bonds, header.contacts, header.spheres, ended, failed, begun},
+                 MPI_SUM, world);
+  header = {sums[0],         records.within, records.zone,
+            sums[1],         sums[2],        {sums[3], sums[4], sums[5]},
+            records.joins_by};
   if (comm->me == 0) text = bond_header(header, update->unit_style) + "\n" + text;
 
   const std::string name = utils::star_subst(arg[0], update->ntimestep, 0);

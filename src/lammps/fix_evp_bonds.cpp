@@ -21,7 +21,7 @@
 using namespace LAMMPS_NS;
 using namespace EVP;
 
-static constexpr double RESTART_FORMAT = 2006;    // first word of our section in restart files
+static constexpr double RESTART_FORMAT = 2009;    // first word of our section in restart files
 
 // fix ID group evp/bonds [zone Z | file FILE] [within type|molecule] [new yes|no] [events FILE]
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
@@ -55,7 +55,7 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
   create_attribute = 1;
   stores_ids = 1;
   maxexchange_dynamic = 1;
-  scene::offer_values(this, 6);
+  scene::offer_values(this, 8);
   nevery = 1;
 
   FixEVPBonds::grow_arrays(atom->nmax);
@@ -134,7 +134,7 @@ void FixEVPBonds::check_history() const
         "not have: give it 'plasticity isotropic' or 'break'",
         who);
   const bool forgets = (!rules.plastic && bonds->has_flowed(atom->nlocal)) ||
-      (!rules.has_history() && bonds->ended() > 0);
+      (!rules.has_history() && bonds->counts().ended > 0);
   if (on_any(forgets, world))
     error->all(FLERR,
                "{}: bonds have flowed or ended, which this pair_style would forget: give it the "
@@ -369,31 +369,30 @@ void FixEVPBonds::measure()
 
 double FixEVPBonds::compute_vector(int n)
 {
-  if (n == 4) return count_ended();
-  if (n == 5) return count_begun();
+  if (n > 3) {
+    const auto [ended, failed, begun] = counts();
+    return (double) std::array{ended, begun, failed, ended - failed}[n - 4];
+  }
   if (update->whichflag != 0 &&
       (counted_step == update->ntimestep || !on_all(pair_data->is_packed(), world)))
     return pair_counts[n];
 
   pair_counts = PairData::require_present(force, error, fmt::format("{}: f_{}[{}]", who, id, n + 1))
                     ->count_pairs();
-  pair_counts[0] = (double) bonds->count() + count_begun() - pair_counts[0] - count_ended();
+  const auto [ended, failed, begun] = counts();
+  pair_counts[0] = (double) (bonds->count() + begun - ended) - pair_counts[0];
   counted_step = update->ntimestep;
   return pair_counts[n];
 }
 
-double FixEVPBonds::count_ended()
+// Collective. Of all MPI ranks
+BondCounts FixEVPBonds::counts()
 {
-  if (!bonds->has_history()) return 0.0;
+  if (!bonds->has_history()) return {};
   return_histories();
-  return (double) reduce_all(bonds->ended(), MPI_SUM, world);
-}
-
-double FixEVPBonds::count_begun()
-{
-  if (!bonds->has_history()) return 0.0;
-  return_histories();
-  return (double) reduce_all(bonds->begun(), MPI_SUM, world);
+  const auto [ended, failed, begun] = bonds->counts();
+  const auto sums = reduce_all(std::array{ended, failed, begun}, MPI_SUM, world);
+  return {sums[0], sums[1], sums[2]};
 }
 
 int FixEVPBonds::unpack_exchange(int i, double *buf)
@@ -417,6 +416,7 @@ void FixEVPBonds::write_restart(FILE *fp)
 {
   return_histories();
   warn_of_given_strains();
+  const auto [ended, failed, begun] = counts();
   std::vector<double> words = {RESTART_FORMAT,
                                bonds->zone,
                                (double) bonds->has_recorded(),
@@ -424,13 +424,14 @@ void FixEVPBonds::write_restart(FILE *fp)
                                (double) bonds->highest_id(),
                                (double) bonds->has_history(),
                                (double) (int) bonds->within,
-                               count_ended(),
+                               (double) ended,
                                (double) bonds->has_volume(),
                                bonds->reaches,
                                bonds->exclusions,
-                               count_begun(),
+                               (double) begun,
                                bonds->joins_by.within,
-                               (double) bonds->joins_by.all};
+                               (double) bonds->joins_by.all,
+                               (double) failed};
   const std::vector<double> measures = bonds->measures.words();
   words.insert(words.end(), measures.begin(), measures.end());
   const int size = (int) (words.size() * sizeof(double));
@@ -444,7 +445,7 @@ void FixEVPBonds::restart(char *buf)
 {
   const auto *words = reinterpret_cast<const double *>(buf);
   BondMeasures measures;
-  if (words[0] != RESTART_FORMAT || !measures.unpack(words + 14, atom->ntypes))
+  if (words[0] != RESTART_FORMAT || !measures.unpack(words + 15, atom->ntypes))
     error->all(FLERR,
                "{}: its section of the restart file is damaged, or from a version of this package "
                "that wrote another format: use an older restart file, or that version",
@@ -455,7 +456,9 @@ void FixEVPBonds::restart(char *buf)
   const BodyRule given = bonds->within, kept = (BodyRule) (int) words[6];
   if (recorded || given == BodyRule::ALL) bonds->within = kept;
   bonds->restore(recorded, (int64_t) words[3], (int64_t) words[4],
-                 comm->me == 0 ? (int64_t) words[7] : 0, comm->me == 0 ? (int64_t) words[11] : 0);
+                 comm->me == 0
+                     ? BondCounts{(int64_t) words[7], (int64_t) words[14], (int64_t) words[11]}
+                     : BondCounts{});
   bonds->joins_by = {words[12], words[13] != 0.0};
   bonds->keep_volume(words[8] != 0.0);
   bonds->reaches = words[9];

@@ -45,8 +45,8 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   void end_of_step() override;
   void post_run() override;
 
-  // f_ID: pairs recorded. f_ID[1..6]: past dlim, in the second regime or at their limit, new pairs that interact,
-  // lowest d/(R_i + R_j), ended for good, begun
+  // f_ID: pairs recorded. f_ID[1..8]: past dlim, in the second regime or at their limit, new pairs that interact,
+  // lowest d/(R_i + R_j), ended for good, begun; of those that ended: failed at a strain, past dlim
   double compute_scalar() override { return (double) bonds->count(); }
   double compute_vector(int) override;
 
@@ -105,8 +105,7 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix> {
   void warn_of_stop(const char *);
   void warn_of_new_atoms();
   void check_history() const;
-  double count_ended();
-  double count_begun();
+  EVP::BondCounts counts();
   void check_zone() const;
   void check_box(const EVP::PairData *) const;
   std::string misplaced_message(int64_t id_found) const;

@@ -216,11 +216,12 @@ void PairHistories::end_bonds(PairWork *work, VolumeForces *volume)
     const PackedPair bond = lists.bonds.pair(k);
     const double d = bond.up_to_cutoff(ends.squared_distances[n]);
     const Span left = rules.of_ended(atom->radius[i] + atom->radius[bond.j], d);
-    journal.push_back({i, bond.j, atom->tag[bond.j], left.deq, PairEvent::ENDED});
     const double dlim =
         coefficients.law(bond.law).row.alpha * (atom->radius[i] + atom->radius[bond.j]);
-    note_event(i, bond.j, atom->tag[bond.j],
-               d < dlim * (1.0 - BOND_MARGIN) ? BondEvent::FAILED : BondEvent::AT_DLIM);
+    const bool failed = d < dlim * (1.0 - BOND_MARGIN);
+    journal.push_back(
+        {i, bond.j, atom->tag[bond.j], left.deq, failed ? PairEvent::FAILED : PairEvent::ENDED});
+    note_event(i, bond.j, atom->tag[bond.j], failed ? BondEvent::FAILED : BondEvent::AT_DLIM);
     if (rules.plastic) sums.add(i, bond.j, lists.nreact, FlowSums::ENDED, 1.0);
     end_at(i, bond.j, coefficients.law(bond.law).state(d * bond.inv_deq, bond).stored, work);
     if (volume) volume->pair_leaves(lists, i, bond.j, 1.0 / lists.bonds.inv_dlim[k]);
@@ -305,7 +306,8 @@ void PairHistories::end_far_bonds(PairWork *work)
   for (const FarBond &bond : far) {
     const double sum_radii = atom->radius[bond.i] + bond.radius;
     const double rest = rules.of_ended(sum_radii, bond.cutoff).deq;
-    journal.push_back({bond.i, -1, bond.partner, rest, PairEvent::ENDED});
+    journal.push_back(
+        {bond.i, -1, bond.partner, rest, bond.at_dlim ? PairEvent::ENDED : PairEvent::FAILED});
     note_event(bond.i, bond.i, bond.partner, bond.at_dlim ? BondEvent::AT_DLIM : BondEvent::FAILED);
     sums.of(bond.i, FlowSums::ENDED) += 1.0;
     sums.of(bond.i, FlowSums::WORK) += 0.5 * bond.state.dissipated;
@@ -364,7 +366,7 @@ void PairHistories::apply(const PairEvent &event)
   else if (event.what == PairEvent::BEGAN)
     records->begin(event.i, event.partner, event.deq);
   else {
-    records->end(event.i, event.partner);
+    records->end(event.i, event.partner, event.what == PairEvent::FAILED);
     if (!rules.plastic) remember(Remembered::APART);
   }
 }

@@ -130,7 +130,8 @@ class PairHistories : protected Pointers {
   struct PairEvent {
     enum What : int64_t {
       MOVED,         ///< deq of a bond, to this
-      ENDED,         ///< a bond; deq: of what is left of it
+      ENDED,         ///< a bond, past dlim; deq: of what is left of it
+      FAILED,        ///< the same at a strain
       REMEMBERED,    ///< a contact that has flowed, to this deq
       INSIDE,        ///< a contact that may not join before it has been apart
       BEGAN          ///< a bond

@@ -15,7 +15,7 @@ SPHERE = "p work slip bonds recorded rho0 G gap torn lost".split()
 
 
 class Pairs(NamedTuple):
-    """A bond file: {(id_i, id_j): deq}, lower ID first; spheres {id: values in the order of SPHERE}; ended, joined: bonds."""
+    """A bond file: {(id_i, id_j): deq}, lower ID first; spheres {id: values in the order of SPHERE}; ended, joined, failed: bonds."""
 
     bonds: dict
     contacts: dict
@@ -24,6 +24,7 @@ class Pairs(NamedTuple):
     spheres: dict
     ended: int
     joined: int = 0
+    failed: int = 0  # of those that ended
 
     def column(self, name):
         """{id: value} of what spheres keep."""
@@ -89,15 +90,14 @@ def read_pairs(path):
         assert len(words) == 3 and key not in found[kind], "a pair is there twice"
         found[kind][key] = float(words[2])
     words = header.split()
-    ended = int(words[words.index("ENDED:") + 1]) if "ENDED:" in words else 0
-    joined = int(words[words.index("JOINED:") + 1]) if "JOINED:" in words else 0
-    return Pairs(*found.values(), spheres, ended, joined)
+    counts = (int(words[words.index(key) + 1]) if key in words else 0 for key in ("ENDED:", "JOINED:", "FAILED:"))
+    return Pairs(*found.values(), spheres, *counts)
 
 
 def largest_difference(one, other):
     """Of two bond files, in units of the largest value of each column."""
     worst = 0.0
-    assert (one.ended, one.joined) == (other.ended, other.joined)
+    assert (one.ended, one.joined, one.failed) == (other.ended, other.joined, other.failed)
     columns = [(one[k], other[k]) for k in range(4)] + [(one.column(name), other.column(name)) for name in SPHERE]
     for own, others in columns:
         assert set(own) == set(others)

@@ -453,7 +453,7 @@ def damaged(plain):
     """Files and what is said: cut, another file, and sizes and flags of our sections changed by one bit."""
     fix, record, settings = after(plain, b"evp/bonds") + 4, at_record(plain), after(plain, b"evp/lj")
     cut = [(plain[:size], OTHER if size < 100 else CUT) for size in (0, 100, len(plain) // 2, len(plain) - 1)]
-    return cut + [(b"# EVP bonds COUNT: 0 UNITS: si\n" * 10, OTHER), (changed(plain, fix, 32), FIX_DAMAGED), (changed(plain, fix + 118, 64), FIX_DAMAGED),
+    return cut + [(b"# EVP bonds COUNT: 0 UNITS: si\n" * 10, OTHER), (changed(plain, fix, 32), FIX_DAMAGED), (changed(plain, fix + 126, 64), FIX_DAMAGED),
                   (changed(plain, record - 2, 8), ATOM_DAMAGED), (changed(plain, record + 8, 2), ATOM_DAMAGED), (changed(plain, record + 13, 128), ATOM_DAMAGED),
                   *((changed(plain, settings + 8 * word + 7, plain[settings + 8 * word + 7] ^ 0x7f), SETTINGS_DAMAGED) for word in (0, 1, 2, 7))]
 

@@ -290,6 +290,26 @@ write_restart gone.restart
             (2, 2, 0, 1), (1, 2, 1, 1), (1, 2, 1, 1)]
 
 
+@pytest.mark.parametrize("broken", ["contact none break 0.05", "contact repulsive plasticity isotropic break 0.05"])
+def test_why_bonds_ended(lmp, tmp_path, bar, broken):
+    """f_ID[7] failed and f_ID[8] passed dlim, together f_ID[5], as the events say: the same on all ranks, after a restart and with a bond file. With eq. 8
+    short bonds break and long ones pass dlim first."""
+    style, columns = f"pair_style evp/lj {broken} overlap 0.7\npair_coeff * * 80 8 4 3 8 4 0.005 0 1.5\n", thermo("f_bonds[5] f_bonds[7] f_bonds[8]")
+    go = "fix move all nve\ntimestep 3e-7\nrun {}\n"
+    text = style + "fix bonds all evp/bonds events {}.events\n" + FLOWING_SWING + columns
+    found = set()
+    for ranks, newton in ((1, "on"), (2, "off"), (3, "on")):
+        run = lmp(head(newton) + text.format("first") + go.format(300) + "write_restart half.restart\nwrite_data half.data nocoeff\nwrite_evp_bonds half.bonds\nrun 300\n", ranks).ok()
+        found.add(tuple(run.thermo()[f"f_bonds[{k}]"][-1] for k in (5, 7, 8)))
+        lines = (tmp_path / "first.events").read_text(encoding="utf-8")
+        for start, fix in (("read_restart half.restart", "fix bonds all evp/bonds"), ("read_data half.data", "fix bonds all evp/bonds file half.bonds")):
+            table = lmp(head(newton, start=start) + style + fix + "\n" + columns + go.format(300), ranks % 3 + 1).ok().thermo()
+            assert 0 < table["f_bonds[7]"][0] < table["f_bonds[7]"][-1] and table["f_bonds[8]"][-1] > 0, "control"
+            found.add(tuple(table[f"f_bonds[{k}]"][-1] for k in (5, 7, 8)))
+        found.add((lines.count(" failed ") + lines.count(" dlim "), lines.count(" failed "), lines.count(" dlim ")))
+    assert len(found) == 1, found
+
+
 # ---- runs that go on from a restart file, of their middle or of the moment where they were killed, to the last bit ----
 
 TOTAL, EVERY = 1200, 370  # steps of the run, and from one restart file to the next, for which LAMMPS builds its lists

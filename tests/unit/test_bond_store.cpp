@@ -96,11 +96,12 @@ TEST(BondStore, BondsMoveAndEndOnBothSidesAndAreCountedOnce)
   EXPECT_EQ(store.find(2, 7)->deq, 1.25) << "the other side is another record";
   EXPECT_EQ(store.count_sides(3), 6);
   for (int twice = 0; twice < 2; twice++) {    // either copy of a bond may say so
-    store.end(0, 9);
-    store.end(2, 7);
+    store.end(0, 9, true);
+    store.end(2, 7, true);
     store.move(0, 9, 1.5);
   }
-  EXPECT_EQ(store.ended(), 1);
+  EXPECT_EQ(store.counts().ended, 1);
+  EXPECT_EQ(store.counts().failed, 1);
   EXPECT_EQ(store.count_sides(3), 4);
   EXPECT_EQ(store.find(0, 9), nullptr);
   expect_same(store.of(0), {{5, 1.5}});

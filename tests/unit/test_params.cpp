@@ -342,8 +342,8 @@ TEST(BondReader, ReadsHeaderAndSpheresBackToTheLastBit)
                                {1.0 / 3.0, 0.1 + 0.2, 1e-9, 12, 13, -1.0 / 3.0, 0.7, 0, 0, 0.125}};
   EVP::SphereLine other = one;
   other.id = 9;
-  std::istringstream stream(EVP::bond_header({1, EVP::BodyRule::TYPE, 1.3, 0, 5, 2}, "si") + "\n" +
-                            EVP::sphere_text(one) + EVP::bond_text({1, 2, 0.01}) +
+  std::istringstream stream(EVP::bond_header({1, EVP::BodyRule::TYPE, 1.3, 0, 2, {5, 3}}, "si") +
+                            "\n" + EVP::sphere_text(one) + EVP::bond_text({1, 2, 0.01}) +
                             EVP::sphere_text(other));
   EVP::BondReader reader(stream, "body.bonds", "si");
   std::vector<BondLine> bonds;
@@ -351,7 +351,8 @@ TEST(BondReader, ReadsHeaderAndSpheresBackToTheLastBit)
   ASSERT_EQ(reader.spheres.size(), 2u);
   EXPECT_EQ(bonds.size(), 1u);
   EXPECT_EQ(reader.header.zone, 1.3);
-  EXPECT_EQ(reader.header.ended, 5);
+  EXPECT_EQ(reader.header.counts.ended, 5);
+  EXPECT_EQ(reader.header.counts.failed, 3);
   EXPECT_TRUE(reader.header.within == EVP::BodyRule::TYPE);
   EXPECT_EQ(reader.spheres[1].id, 9);
   for (int k = 0; k < EVP::SphereLine::NVALUES; k++)
@@ -396,7 +397,9 @@ TEST(BondReader, NamesLineCauseAndFileOfEachDamage)
       {header(1) + std::string("1 2 0.\0\n", 8), "line 2: deq must be a finite decimal number"},
       {header(0) + "contact 1 2 0.01\n", "holds 1 contacts, its header says 0", "incomplete"},
       {header(0) + SPHERE, "holds 1 spheres, its header says 0", "incomplete"},
-      {EVP::bond_header({0, EVP::BodyRule::ALL, 0.0, 0, 0, 2}, "si") + "\n" + SPHERE,
+      {EVP::bond_header({0, EVP::BodyRule::ALL, 0.0, 0, 0, {1, 2}}, "si") + "\n",
+       "FAILED is a part of ENDED, got FAILED: 2 of ENDED: 1"},
+      {EVP::bond_header({0, EVP::BodyRule::ALL, 0.0, 0, 2}, "si") + "\n" + SPHERE,
        "holds 1 spheres, its header says 2"},
       {header(0) + "sphere 1 0.5\n", "line 2: expected 'sphere id p work slip", "got 3 words"},
       {header(0) + "sphere 0 0 0 0 0 0 0 0 0 0 0\n", "line 2: id must be", "at least 1, got '0'"},
