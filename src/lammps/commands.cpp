@@ -153,11 +153,12 @@ bool WriteEVPBonds::write_in_order_of_ranks(const std::string &text, FILE *fp) c
 }
 
 // read_evp_row FILE:ROW PREFIX, or FILE ROW PREFIX, or e1 m1 ... alpha [keyword value ...] PREFIX, where the numbers
-// may be one quoted word; then [body GROUP VOLUME SOLID_FRACTION]
+// may be one quoted word; then [set KEYWORD NUMBER] [body GROUP VOLUME SOLID_FRACTION]
 void ReadEVPRow::command(int narg, char **arg)
 {
-  char **body = nullptr;
+  char **body = nullptr, **changed = nullptr;
   if (narg > 5 && strcmp(arg[narg - 4], "body") == 0) body = arg + (narg -= 4) + 1;
+  if (narg > 4 && strcmp(arg[narg - 3], "set") == 0) changed = arg + (narg -= 3) + 1;
   if (narg < 2)
     error->all(FLERR,
                "read_evp_row: expected at least two arguments, a row (FILE:ROW or its numbers) and "
@@ -172,6 +173,7 @@ void ReadEVPRow::command(int narg, char **arg)
   Row row;
   stop_at_bad_input(error, "read_evp_row", [&] {
     row = read_row(lmp, words);
+    if (changed) set_number(row, changed[0], changed[1]);
     if (!body) return;
     const Spheres spheres = spheres_of(body);
     set("diameter", rounded(spheres.diameter, 15));
@@ -183,6 +185,20 @@ void ReadEVPRow::command(int narg, char **arg)
   for (char &c : key)
     if (!isalnum((unsigned char) c)) c = c == '.' ? 'p' : c == '-' ? 'm' : '_';
   set("key", key);
+}
+
+// Throws BadInput where rows have no such number, or this one breaks a rule with it.
+void ReadEVPRow::set_number(Row &row, const std::string &key, const std::string &number)
+{
+  const Member *const member = find_member(key);
+  if (!member)
+    throw BadInput("set: a row has no number '" + shown(key) + "': it has " +
+                   keys_of(MEMBERS, std::end(MEMBERS), ", "));
+  if (member->place != Member::HEAD && !is_given(row, *member))
+    throw BadInput("set: the row has no keyword " + std::string(member->head()->key) +
+                   ", of which " + key + " is a number: give the row that keyword");
+  row.*member->value = parse_number(key, number);
+  (void) PairLaw(row);
 }
 
 // Collective. Those of a group, whose volumes must be those of the body. words: group, volume, solid fraction

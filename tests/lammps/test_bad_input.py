@@ -84,7 +84,8 @@ WORDS = {
         ("lj.evp a", "file lj.evp: the first line must be a comment with 'UNITS: si', the units in force, got 'lj'"), ("garbage.evp a", "file garbage.evp"),
         ("wide.evp a", "line 2: expected 9 values, got 500000"), ("many.evp a", "no row 'a'; its rows: r0, r1,"), ("big.evp a", "file big.evp")]),
     COEFF + ROW + " {}": ("coeff", [
-        ("pitch 1", "unknown keyword 'pitch' of a row"), ("spacing 1", "spacing and coordination are given together"),
+        ("pitch 1", "unknown keyword 'pitch' of a row"), ("kv 1 density 2700 kv 1", "Pair evp/lj: keyword kv of a row is given twice: leave one out"),
+        ("spacing 1", "spacing and coordination are given together"),
         ("saturation 0.1", "keyword saturation of a row is gone: how far bonds hold is a table now, flow p0 Y0 p1 Y1 ..."),
         *((f"flow {points}", f"flow needs 1 to 32 points of two numbers, plastic strain and limit over xi_s, got {count} numbers")
           for points, count in (("", 0), ("0 1 0.1", 3), ("0 1 0.1 x", 3), (66 * "1 ", 66))), ("flow 0 1 x", "unknown keyword 'x' of a row"),

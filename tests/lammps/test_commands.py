@@ -50,6 +50,50 @@ def test_a_row_of_the_paper_in_a_body_of_more_spheres(lmp):
     assert own["e1"] == 80 and own["spacing"] == 0.01 and run.stdout.count("_flow_0_1_0p1_2\n") == 2
 
 
+def test_a_number_of_a_row_is_set(lmp, tmp_path):
+    """Whether the row has it or not; 0 takes a keyword out. In front of body."""
+    (tmp_path / "a.evp").write_text(f"# UNITS: si\na {TABLE1} kv 3 soften 298 775 1\n", encoding="utf-8")
+    decks = {"kv 7": "_kv_7_soften_298_775_1", "kv 0": "_soften_298_775_1", "density 2700": "_kv_3_density_2700_soften_298_775_1",
+             "soften_m 2": "_kv_3_soften_298_775_2"}
+    text = "units si\n" + "".join(f"read_evp_row a.evp:a x set {words}\nprint '{words} = ${{x_key}}'\n" for words in decks)
+    said = lmp(text, 2).ok().stdout
+    for words, key in decks.items():
+        assert f"\n{words} = 80_8_4_3_8_4_0p005_0_1p5{key}_0p02\n" in said
+    for words, message in (("pitch 1", "set: a row has no number 'pitch': it has e1, m1"), ("rate_rate0 1", "set: the row has no keyword rate, of which rate_rate0"),
+                           ("kv -1", "kv must lie between 0 and 1e100"), ("soften 800", "soften_tmelt must lie above TREF = 800"), ("xi_s x", "xi_s must be a finite")):
+        run = lmp(f"units si\nread_evp_row a.evp:a x set {words}\n")
+        assert run.returncode == 1 and f"read_evp_row: {message}" in " ".join(run.stdout.split()), run.stdout[-300:]
+
+
+@pytest.mark.parametrize("command, key", [
+    (f"read_evp_row {TABLE1} kv 1 density 2700 kv 2 x", "kv"), ("read_evp_row density.evp:a x", "density"), ("read_evp_row flow.evp a x", "flow"),
+    (f"pair_style evp/lj\npair_coeff * * {TABLE1} limit own limit own", "limit"), ("pair_style evp/lj\npair_coeff * * bonds.evp:first", "bonds")])
+def test_a_keyword_of_a_row_is_not_given_twice(lmp, tmp_path, command, key):
+    """Not even with the same value, nor in another row of the file."""
+    for name, more in {"density": "density 1 density 1", "flow": "flow 0 1 flow 0 1 1 2", "bonds": "bonds thin kv 2 bonds thin"}.items():
+        (tmp_path / f"{name}.evp").write_text(f"# UNITS: si\nfirst {TABLE1}\na {TABLE1} {more}\n", encoding="utf-8")
+    run = lmp("units si\natom_style sphere\nregion box block 0 1 0 1 0 1\ncreate_box 1 box\n" + command + "\n", 2)
+    assert run.returncode == 1 and f"keyword {key} of a row is given twice: leave one out" in " ".join(run.stdout.split()), run.stdout[-300:]
+
+
+OWN = "there is a variable '{}' already, which would be overwritten: "
+
+
+@pytest.mark.parametrize("style", ["string mine", "index mine", "equal 3", "loop 3"])
+def test_a_variable_of_the_users_is_not_overwritten(lmp, style):
+    """By the titles of a compute, nor by a row; what these have set themselves may be set again, after clear too. evp_choices takes a folder `here` as it is."""
+    compute = scene(run="compute s all evp/state/atom")
+    for name, command, remedy in (("s_titles", compute, "give the compute another ID"), ("row_kv", f"read_evp_row {TABLE1} row", "give another prefix than 'row'"),
+                                  ("row_words", f"units si\nread_evp_row {TABLE1} row", "rename that variable")):
+        run = lmp(f"variable {name} {style}\n{command}\n")
+        assert run.returncode == 1 and OWN.format(name) in " ".join(run.stdout.split()) and remedy in run.stdout, run.stdout[-400:]
+    twice = f"read_evp_row {TABLE1} row\nread_evp_row 81 8 4 3 8 4 0.005 0 1.5 row\n"
+    again = lmp(f"{twice}{compute}uncompute s\ncompute s all evp/state/atom plastic_work\nclear\n{twice}{compute}print 'e1 ${{row_e1}} ${{s_titles}}'\n").ok().stdout
+    assert "e1 81 colname c_s[1] bonds" in again
+    if style.startswith(("string", "index")):
+        assert "\nhere mine\n" in lmp(f"variable out index a\nvariable here {style}\nevp_choices in.x out,name only\nprint 'here ${{here}}'\n").ok().stdout
+
+
 SCENE = "region box block 0 1 0 1 0 1\ncreate_box 1 box\ncreate_atoms 1 single 0.5 0.5 0.5\nmass 1 1.0\npair_style zero 0.1\npair_coeff * *\n"
 
 

@@ -17,7 +17,7 @@ def stirred(folder, plate, **choices):
 
 def test_a_pin_that_sticks(tmp_path, plate):
     """The layer beside it follows, which takes twice the torque of a pin that holds as the plate does, and the plate warms; a shoulder rubs."""
-    (tmp_path / "slips.lmp").write_text("pair_coeff 1 2 evp/lj ${row_words} conductivity $(v_row_conductivity*v_scale)\n", encoding="utf-8")
+    (tmp_path / "slips.lmp").write_text("pair_coeff 1 2 evp/lj ${plate_words}\n", encoding="utf-8")
     ends = {}
     for pin, choices in (("sticks", {}), ("slips", {"shoulder": 0, "also": "slips.lmp"})):
         run, rows, last = stirred(tmp_path, plate, **choices)
