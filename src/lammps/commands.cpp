@@ -8,6 +8,7 @@
 #include "core/files.h"
 #include "fix_evp_bonds.h"
 #include "scene.h"
+#include "script_variables.h"
 #include "user_input.h"
 
 #include "comm.h"
@@ -167,8 +168,10 @@ void ReadEVPRow::command(int narg, char **arg)
   std::vector<std::string> words = {arg, arg + narg - 1};
   if (words.size() == 1 && words[0].find(':') == std::string::npos) words = split_words(words[0]);
 
+  const std::string prefix = arg[narg - 1];
   const auto set = [&](const std::string &name, const std::string &value) {
-    input->variable->set(fmt::format("{}_{} string \"{}\"", arg[narg - 1], name, value));
+    set_script_variable(lmp, "read_evp_row", prefix + "_" + name, value,
+                        "give another prefix than '" + prefix + "', or rename that variable");
   };
   Row row;
   stop_at_bad_input(error, "read_evp_row", [&] {
@@ -356,11 +359,12 @@ void EVPChoices::write_as_integer(const std::string &name, const std::string &va
 // known
 void EVPChoices::set_here() const
 {
+  if (is_variable_of_user(lmp, "here")) return;
   char path[4096] = "";
   if (comm->me == 0 && infile) platform::guesspath(infile, path, sizeof(path) - 1);
   MPI_Bcast(path, sizeof(path), MPI_CHAR, 0, world);
   const std::string folder = path[0] == '/' ? platform::path_dirname(path) : ".";
-  input->variable->set("here string \"" + folder + "\"");
+  set_script_variable(lmp, "evp_choices", "here", folder, "rename it");
 }
 
 // evp_choices SCRIPT NAME[?][RULE[,RULE ...]] ... [only], or evp_choices SCRIPT implied NAME ...
@@ -463,9 +467,8 @@ void EVPQuietly::command(int narg, char **arg)
   for (int i = 0; i < narg; i++) {
     std::string word = arg[i];
     if (utils::has_utf8(word) && quoted(word) == word) {
-      std::string name = "evp_quietly_" + std::to_string(i), style = "string";
-      char *variable[] = {&name[0], &style[0], arg[i]};
-      input->variable->set(3, variable);
+      const std::string name = "evp_quietly_" + std::to_string(i);
+      set_script_variable(lmp, "evp_quietly", name, arg[i], "rename it");
       word = "${" + name + "}";
       words += " " + name;
     } else
