@@ -7,6 +7,7 @@
 #include "core/bond_measures.h"
 #include "core/files.h"
 #include "fix_evp_bonds.h"
+#include "output_claim.h"
 #include "scene.h"
 #include "script_variables.h"
 #include "user_input.h"
@@ -22,6 +23,7 @@
 #include <cmath>
 #include <cstring>
 #include <sstream>
+#include <tuple>
 #include <vector>
 
 using namespace LAMMPS_NS;
@@ -235,7 +237,8 @@ ReadEVPRow::Spheres ReadEVPRow::spheres_of(char **words) const
 namespace {
 
 /// A choice of an input script: NAME, NAME? which need not be defined, or NAME with rules, joined by commas: =WORD|WORD, >X,
-/// >=X, <X, <=X, !=X, number, integer; or the rule name: of a file or folder, or the numbers of a row.
+/// >=X, <X, <=X, !=X, number, integer; or the rule name: of a file or folder, or the numbers of a row; or output: a name with
+/// which all files begin that the script writes.
 struct Choice {
   std::string name, rules;
   bool optional;
@@ -252,7 +255,7 @@ struct Choice {
   void check(const std::string &value, bool is_group = false) const
   {
     if (rules.empty()) return;
-    if (rules == ",name") return check_name(value);
+    if (rules == ",name" || is_output()) return check_name(value);
     double number = 0.0;
     bool listed = false, takes_numbers = false, holds = is_number(value, number);
     std::string words, kind = "a number", bounds, rule, word;
@@ -286,6 +289,7 @@ struct Choice {
     throw BadInput("-var " + name + " must be " + words + ", got '" + shown(value) + "'");
   }
 
+  bool is_output() const { return rules == ",output"; }
   bool takes_integers() const { return rules.find("integer") != std::string::npos; }
 
  private:
@@ -355,8 +359,18 @@ void EVPChoices::write_as_integer(const std::string &name, const std::string &va
   input->variable->set(name + " index " + plain);
 }
 
-// Collective. The folder of the input script that is being read, for its includes; the present one where it is not
-// known
+// Collective. Two runs that write the same files would mix them.
+void EVPChoices::claim(const char *script, const std::string &name, const std::string &value) const
+{
+  if (!on_all(comm->me > 0 || claim_output(value), world))
+    error->all(FLERR,
+               "{}: another run, which has not ended, writes files that begin with {}: wait for "
+               "its end, or give another -var {}",
+               script, value, name);
+}
+
+// Collective. The folder of the input script that is being read, for its includes, unless -var here gives it; the present one
+// where it is not known
 void EVPChoices::set_here() const
 {
   if (is_variable_of_user(lmp, "here")) return;
@@ -380,7 +394,8 @@ void EVPChoices::command(int narg, char **arg)
   const bool ends = strcmp(arg[narg - 1], "only") == 0;
   const char *const also = input->variable->retrieve("also");    // a file, maybe with choices
   const bool only = ends && (!also || strcmp(also, "/dev/null") == 0);
-  std::vector<std::string> known;
+  std::vector<std::string> known = {"here"};
+  std::string output, prefix;    // name and value of the choice with that rule
   for (int k = 1; k < narg - ends; k++) {
     const Choice choice(arg[k]);
     known.push_back(choice.name);
@@ -397,8 +412,10 @@ void EVPChoices::command(int narg, char **arg)
       choice.check(value, igroup >= 0);
     });
     line += fmt::format("{} {} {}", line == arg[0] ? ":" : ",", choice.name, value);
+    if (choice.is_output()) std::tie(output, prefix) = std::tie(choice.name, value);
     if (choice.takes_integers() && igroup < 0) write_as_integer(choice.name, value);
   }
+  if (!output.empty()) claim(arg[0], output, prefix);
   if (comm->me == 0) utils::logmesg(lmp, line + "\n");
   char name[256] = {};
   for (int k = 0;

@@ -45,6 +45,7 @@ class EVPChoices : public Command {
 
  private:
   void set_implied(int, char **) const;
+  void claim(const char *script, const std::string &name, const std::string &value) const;
   void set_here() const;
   void write_as_integer(const std::string &name, const std::string &value) const;
 };

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """read_evp_row, evp_quietly and evp_choices as commands: rows typed or from a file; what a quiet command shows; variables that are no choice."""
 
+import os
 import re
+import signal
 import subprocess
 
 import numpy as np
@@ -190,10 +192,64 @@ def test_the_folder_of_a_script(tmp_path):
     """An include beside it is found from any folder; by a pipe the folder is not known, and is the present one."""
     folder = tmp_path / "my d\u00ebcks"
     folder.mkdir()
-    (folder / "in.x").write_text('variable out index a\nevp_choices in.x out,name only\ninclude "${here}/part.lmp"\n', encoding="utf-8")
+    (folder / "in.x").write_text('variable out index a\nevp_choices in.x out,output only\ninclude "${here}/part.lmp"\n', encoding="utf-8")
     (folder / "part.lmp").write_text('print "beside it"\n', encoding="utf-8")
     for ranks in (1, 2):
         assert "beside it" in run_lammps(folder / "in.x", ranks, {}, tmp_path).ok().stdout
     (tmp_path / "part.lmp").write_text('print "of the present folder"\n', encoding="utf-8")
     for start, said in ((f"{LMP} -log none < '{folder}/in.x'", "beside it"), (f"cat '{folder}/in.x' | {LMP} -log none", "of the present folder")):
         assert said in subprocess.run(start, shell=True, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+
+
+# ---- one prefix, two runs ----
+
+HELD = 'variable out index c\nevp_choices in.held out,output only\nprint "a,b" file c.csv screen no\nshell touch ready\nshell sleep 120\n'
+TAKEN = "another run, which has not ended, writes files that begin with"
+
+
+def test_a_prefix_is_that_of_one_run(tmp_path):
+    """While it lasts, for another script and by another path; a run that was killed has none. Nothing is written."""
+    run_lammps("in.specimen", 1, {"n": 120, "out": "body.data"}, tmp_path).ok()
+    (tmp_path / "in.held").write_text(HELD, encoding="utf-8")
+    more = {"specimen": "body.data", "strain": 0.001, "increment": 0.0005}
+    with subprocess.Popen([LMP, "-log", "none", "-in", "in.held"], cwd=tmp_path, stdout=subprocess.DEVNULL, start_new_session=True) as held:
+        try:
+            while not (tmp_path / "ready").exists():
+                assert held.poll() is None
+            for deck, ranks, out in (("in.quasistatic", 2, "c"), ("in.cyclic", 1, tmp_path / "c"), ("in.specimen", 1, "c")):
+                run = run_lammps(deck, ranks, {**(more if deck == "in.quasistatic" else {"specimen": "body.data"}), "out": out}, tmp_path)
+                assert run.returncode == 1 and f"{deck}: {TAKEN} {out}: wait for its end, or give another -var out" in " ".join(run.stdout.split()), run.stdout[-300:]
+            run_lammps("in.quasistatic", 1, {**more, "out": "d"}, tmp_path).ok()
+            assert (tmp_path / "c.csv").read_text(encoding="utf-8") == "a,b\n" and not (tmp_path / "c.resume").exists()
+        finally:
+            os.killpg(held.pid, signal.SIGKILL)
+    run_lammps("in.quasistatic", 1, {**more, "out": "c"}, tmp_path).ok()
+    assert len((tmp_path / "c.csv").read_text(encoding="utf-8").splitlines()) == 4 and not list(tmp_path.glob("*.lock"))
+
+
+def test_two_partitions_with_one_prefix(lmp):
+    """The same deck twice at the same time; with prefixes of their own both run."""
+    text = 'variable out world {}\nevp_choices in.x out,output only\nprint "ran" file ${{out}}.csv\n'
+    flags = ("-partition", "1", "1")
+    one = lmp(text.format("c c"), 2, flags=flags)
+    assert one.returncode != 0 and not (one.folder / "d.csv").exists()
+    lmp(text.format("c d"), 2, flags=flags).ok()
+    assert (one.folder / "d.csv").read_text(encoding="utf-8") == "ran\n"
+
+
+def test_a_csv_of_another_run_is_not_resumed(tmp_path):
+    """Its rows stay; with the rows of the run, also of one that was killed after the last row, it goes on."""
+    run_lammps("in.specimen", 1, {"n": 120, "out": "body.data"}, tmp_path).ok()
+    choices = {"specimen": "body.data", "increment": 0.0005, "out": "c"}
+    run_lammps("in.quasistatic", 1, {**choices, "strain": 0.001}, tmp_path).ok()
+    mine = (tmp_path / "c.csv").read_text(encoding="utf-8")
+    longer = mine.splitlines()[:1] + [line.replace("0.00", "0.01") for line in mine.splitlines()[1:]]
+    for other in ("\n".join(longer) + "\n", mine.splitlines()[0] + "\n", ""):
+        (tmp_path / "c.csv").write_text(other, encoding="utf-8")
+        run = run_lammps("in.quasistatic", 1, {**choices, "strain": 0.002, "resume": "yes"}, tmp_path)
+        assert run.returncode == 1 and "ERROR: c.csv is not that of c.resume: another run has written it since" in " ".join(run.stdout.split())
+        assert (tmp_path / "c.csv").read_text(encoding="utf-8") == other
+    (tmp_path / "c.csv").write_text(mine + "0.0015,1,1,0.0015,0,0,0,1,0,0\n", encoding="utf-8")
+    run_lammps("in.quasistatic", 2, {**choices, "strain": 0.0015, "resume": "yes"}, tmp_path).ok()
+    lines = (tmp_path / "c.csv").read_text(encoding="utf-8").splitlines()
+    assert len(lines) == 5 and lines[:3] == mine.splitlines()[:3] and not lines[-1].startswith("0.0015,1,1")
