@@ -50,9 +50,11 @@ def test_a_seam_that_was_never_stirred(tmp_path, plate):
     """Holds nothing beside the uncut plate, also where the metal forgets a hardening that it does not have; without from and to there is no strip."""
     strength = {}
     for seam, hardening in (("no", "kept"), ("yes", "kept"), ("no", "forgotten")):
-        stirred(tmp_path, plate, dwell=0, seam=seam)
-        choices = {"stirred": "stir", "from": 0.014, "to": 0.019, "hardening": hardening, "strain": 0.05, "out": "seam"}
-        last = run_lammps("in.seam", 2, choices, tmp_path).ok().stdout.split("in.seam: strength ")[1].split()
+        assert stirred(tmp_path, plate, dwell=0, seam=seam)[0].warnings() == []
+        choices = {"stirred": "stir", "from": 0.014, "to": 0.019, "hardening": hardening, "strain": 0.05, "out": "seam", "also": DECKS / "frames.lmp", "frames": 2}
+        run = run_lammps("in.seam", 2, choices, tmp_path).ok()
+        last = run.stdout.split("in.seam: strength ")[1].split()
+        assert len(run.dump("seam_frames.dump")) == 3 and run.warnings() == []
         assert abs(float(last[last.index("imbalance") + 1])) < 1e-3 * max(float(last[last.index("work") + 1]), 0.01)
         strength[seam, hardening] = float(last[0])
         assert read_csv(tmp_path / "seam.csv")["stress"].max() == pytest.approx(1e6 * strength[seam, hardening], rel=1e-4)
