@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from lammps_run import packed, read_csv, run_lammps
+from lammps_run import DECKS, packed, read_csv, run_lammps
 
 plate = packed("plate.data", n=3000, shape="block", length=0.026, width=0.022, height=0.005)
 TMELT = 775.0
@@ -33,8 +33,10 @@ def test_a_pin_that_sticks(tmp_path, plate):
 
 def test_it_travels(tmp_path, plate):
     """Along x, by the advance of a turn; the tool keeps its shape."""
-    (tmp_path / "start.lmp").write_text("write_dump all custom start.dump id type x y z modify sort id format float %.12g\n", encoding="utf-8")
-    run, _, _ = stirred(tmp_path, plate, dwell=0, turns=0.02, advance=0.01, also="start.lmp")
+    start = f"write_dump all custom start.dump id type x y z modify sort id format float %.12g\ninclude {DECKS}/frames.lmp\n"
+    (tmp_path / "start.lmp").write_text(start, encoding="utf-8")
+    run, _, _ = stirred(tmp_path, plate, dwell=0, turns=0.02, advance=0.01, also="start.lmp", frames=4)
+    assert [frame.step > 0 for frame in run.dump("stir_frames.dump")] == [False, True, True, True, True]
     start, end = run.dump("start.dump")[-1], run.dump("stir_state.dump")[-1]
     shoulder, turned = end["type"] == 3, 2.0 * np.pi * 0.02
     x, y = (start[name][start["type"] == 3] for name in "xy")
