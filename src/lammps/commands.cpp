@@ -430,34 +430,23 @@ namespace {
 // Atoms that are minimized move without such a fix, but LAMMPS warns at each 'run 0'.
 constexpr const char *HARMLESS = "No fixes with time integration";
 
-/// While it lives, the screen is a temporary file. Then its warnings, what EVP says, and all that follows an error, are
-/// shown.
+/// While it lives, only warnings, what EVP says, and all that follows an error, come to the screen: at once, as another MPI rank
+/// may end this one.
 class HiddenScreen {
  public:
   HiddenScreen(FILE *&screen_in, Error *error_in) :
-      screen(screen_in), shown(screen_in), hidden(shown ? tmpfile() : nullptr), error(error_in)
+      screen(screen_in), shown(screen_in), hidden(shown ? open() : nullptr), error(error_in)
   {
+    if (!hidden) return;    // all is shown
+    setvbuf(hidden, nullptr, _IOLBF, BUFSIZ);
     screen = hidden;
   }
   ~HiddenScreen()
   {
     screen = shown;
     if (!hidden) return;
-    rewind(hidden);
-    char line[512];
-    for (bool failed = false; fgets(line, sizeof(line), hidden);) {
-      if (utils::strmatch(line, "^ERROR")) failed = true;
-      bool warns = utils::strmatch(line, "^WARNING");
-      if (warns && strstr(line, HARMLESS)) {
-        warns = false;
-        error->set_numwarn(error->get_numwarn() - 1);    // LAMMPS shows the first hundred
-      }
-      const bool ours = utils::strmatch(line, "^evp/lj:") ||
-          utils::strmatch(line, "^pair evp/lj:") || utils::strmatch(line, "^fix evp/");
-      if (failed || warns || ours) fputs(line, shown);
-    }
-    fflush(shown);
     fclose(hidden);
+    if (!line.empty()) show();
   }
   HiddenScreen(const HiddenScreen &) = delete;
   HiddenScreen &operator=(const HiddenScreen &) = delete;
@@ -466,6 +455,49 @@ class HiddenScreen {
   FILE *&screen;
   FILE *const shown, *const hidden;
   Error *const error;
+  std::string line;    // that is not whole yet
+  bool failed = false;
+
+  FILE *open()
+  {
+#if defined(__linux__)
+    cookie_io_functions_t functions = {};
+    functions.write = [](void *self, const char *text, size_t size) {
+      static_cast<HiddenScreen *>(self)->take(text, size);
+      return (ssize_t) size;
+    };
+    return fopencookie(this, "w", functions);
+#else
+    const auto write = [](void *self, const char *text, int size) {
+      static_cast<HiddenScreen *>(self)->take(text, (size_t) size);
+      return size;
+    };
+    return funopen(this, nullptr, write, nullptr, nullptr);
+#endif
+  }
+  void take(const char *text, size_t size)
+  {
+    for (const char *c = text; c < text + size; c++) {
+      line += *c;
+      if (*c == '\n') show();
+    }
+  }
+  void show()
+  {
+    failed = failed || utils::strmatch(line, "^ERROR");
+    bool warns = utils::strmatch(line, "^WARNING");
+    if (warns && line.find(HARMLESS) != std::string::npos) {
+      warns = false;
+      error->set_numwarn(error->get_numwarn() - 1);    // LAMMPS shows the first hundred
+    }
+    const bool ours = utils::strmatch(line, "^evp/lj:") || utils::strmatch(line, "^pair evp/lj:") ||
+        utils::strmatch(line, "^fix evp/");
+    if (failed || warns || ours) {
+      fputs(line.c_str(), shown);
+      fflush(shown);
+    }
+    line.clear();
+  }
 };
 
 std::string quoted(const std::string &word)

@@ -119,6 +119,38 @@ def test_errors_of_a_quiet_command_are_shown_once(lmp, command, ranks, message):
     assert run.returncode != 0 and run.stdout.count("ERROR") == 1 and message in run.stdout, run.stdout[-500:]
 
 
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_what_a_quiet_command_said_before_another_rank_ended_it(lmp, ranks):
+    """The warning that says why, of the first MPI rank, and the error of the last one, whose sphere has grown; and with them nothing that is to be hidden."""
+    text = f"""units si
+atom_style sphere 1
+atom_modify map yes
+boundary f f f
+processors {ranks} 1 1
+region box block -5 5 -1 1 -1 1
+create_box 1 box
+create_atoms 1 single -3 0 0
+create_atoms 1 single 3 0 0
+set group all diameter 1.0 density 1.0
+pair_style evp/lj contact repulsive
+pair_coeff * * {TABLE1}
+neighbor 0.3 bin
+fix move all nve
+group grows id 2
+variable size equal 1+0.2*step
+fix grow grows adapt 1 atom diameter v_size
+create_atoms 1 single 4.2 0 0
+set group all diameter 1.0 density 1.0
+fix bonds all evp/bonds
+timestep 1e3
+evp_quietly run 10
+"""
+    run = lmp(text, ranks)
+    assert run.returncode != 0 and re.search(r"^ERROR.*: the radius of atom 2 is 0\.6, but the cutoff was set for at most 0\.5", run.stdout, re.M), run.stdout[-500:]
+    assert re.search(r"^WARNING: Pair evp/lj: the timestep 1000 is \S+ times the largest stable timestep", run.stdout, re.M)
+    assert "\nevp/lj: damping off" in run.stdout and "perpetual" not in run.stdout and "Step" not in run.stdout
+
+
 @pytest.mark.parametrize("also, warned", [("/dev/null", ["wdth"]), ("more.lmp", [])])
 def test_a_variable_that_is_no_choice_is_warned_of(lmp, also, warned):
     """Where there is no further file of commands, which may read it."""
@@ -199,6 +231,9 @@ def test_the_folder_of_a_script(tmp_path):
     (tmp_path / "part.lmp").write_text('print "of the present folder"\n', encoding="utf-8")
     for start, said in ((f"{LMP} -log none < '{folder}/in.x'", "beside it"), (f"cat '{folder}/in.x' | {LMP} -log none", "of the present folder")):
         assert said in subprocess.run(start, shell=True, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    told = f"cat '{folder}/in.x' | {LMP} -log none -var here '{folder}'"
+    shown = subprocess.run(told, shell=True, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    assert "beside it" in shown and "WARNING" not in shown
 
 
 # ---- one prefix, two runs ----
