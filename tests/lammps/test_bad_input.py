@@ -265,7 +265,7 @@ OTHERS = [
     ({"then": "compute state all evp/state/atom", "after": "pair_style lj/cut 0.01\npair_coeff * * 1 1 0.01\nwrite_dump all custom s.dump id c_state[1]", **SEEN},
      "Compute state evp/state/atom needs the pairs of the current atoms"),
     ({"thermo": "compute dt all evp/dt\nthermo_style custom step c_dt[6]"}, "out-of-range"), ({"thermo": "thermo_style custom step f_bonds[7]"}, "out-of-range"),
-    ({"units": "units si\nvariable m_kv index 3\nread_evp_row good.evp:a m"}, "Cannot redefine"),
+    ({"units": "units si\nvariable m_kv index 3\nread_evp_row good.evp:a m"}, "there is a variable 'm_kv' already, which would be overwritten"),
     # two dimensions
     ({**FLAT, "then": "fix volume all evp/volume 300"}, f"Fix volume evp/volume: the volume strain {SOLID}leave the fix out"),
     ({**FLAT, "coeff": f"{COEFF}{ROW} spacing 0.0102 coordination 4"}, f"Pair evp/lj: the scaling of a row by 'spacing' and 'coordination' {SOLID}give the 9 numbers"),
