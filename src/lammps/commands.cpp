@@ -156,12 +156,13 @@ bool WriteEVPBonds::write_in_order_of_ranks(const std::string &text, FILE *fp) c
 }
 
 // read_evp_row FILE:ROW PREFIX, or FILE ROW PREFIX, or e1 m1 ... alpha [keyword value ...] PREFIX, where the numbers
-// may be one quoted word; then [set KEYWORD NUMBER] [body GROUP VOLUME SOLID_FRACTION]
+// may be one quoted word; then [set KEY NUMBER] ... [body GROUP VOLUME SOLID_FRACTION]
 void ReadEVPRow::command(int narg, char **arg)
 {
-  char **body = nullptr, **changed = nullptr;
+  char **body = nullptr;
+  std::vector<char **> changes;    // the last one in front
   if (narg > 5 && strcmp(arg[narg - 4], "body") == 0) body = arg + (narg -= 4) + 1;
-  if (narg > 4 && strcmp(arg[narg - 3], "set") == 0) changed = arg + (narg -= 3) + 1;
+  while (narg > 4 && strcmp(arg[narg - 3], "set") == 0) changes.push_back(arg + (narg -= 3) + 1);
   if (narg < 2)
     error->all(FLERR,
                "read_evp_row: expected at least two arguments, a row (FILE:ROW or its numbers) and "
@@ -178,7 +179,8 @@ void ReadEVPRow::command(int narg, char **arg)
   Row row;
   stop_at_bad_input(error, "read_evp_row", [&] {
     row = read_row(lmp, words);
-    if (changed) set_number(row, changed[0], changed[1]);
+    for (auto at = changes.rbegin(); at != changes.rend(); ++at)
+      set_number(row, (*at)[0], (*at)[1]);
     if (!body) return;
     const Spheres spheres = spheres_of(body);
     set("diameter", rounded(spheres.diameter, 15));

@@ -53,10 +53,10 @@ def test_a_row_of_the_paper_in_a_body_of_more_spheres(lmp):
 
 
 def test_a_number_of_a_row_is_set(lmp, tmp_path):
-    """Whether the row has it or not; 0 takes a keyword out. In front of body."""
+    """Whether the row has it or not, in the order given; 0 takes a keyword out."""
     (tmp_path / "a.evp").write_text(f"# UNITS: si\na {TABLE1} kv 3 soften 298 775 1\n", encoding="utf-8")
     decks = {"kv 7": "_kv_7_soften_298_775_1", "kv 0": "_soften_298_775_1", "density 2700": "_kv_3_density_2700_soften_298_775_1",
-             "soften_m 2": "_kv_3_soften_298_775_2"}
+             "soften_tmelt 1000 set soften 800 set kv 0": "_soften_800_1000_1", "soften_m 2": "_kv_3_soften_298_775_2"}
     text = "units si\n" + "".join(f"read_evp_row a.evp:a x set {words}\nprint '{words} = ${{x_key}}'\n" for words in decks)
     said = lmp(text, 2).ok().stdout
     for words, key in decks.items():
