@@ -88,6 +88,8 @@ def heat_of(text):
     found, words = {}, text.split()
     keys = [k for k, word in enumerate(words) if word[0].isalpha()]
     for k, end in zip(keys, [*keys[1:], len(words)]):
+        if words[k] in found:
+            raise argparse.ArgumentTypeError(f"{words[k]} is given twice, got {text}")
         found[words[k]] = [float(word) for word in words[k + 1 : end]]
         least, most = HEAT.get(words[k], (0, 0))
         if not least <= len(found[words[k]]) <= most or most == 0:

@@ -66,6 +66,14 @@ def check_not_read(what, path, read):
         raise ValueError(f"{what} {path} would be written over a file that is read: give another name")
 
 
+def check_picture(path, read):
+    """ValueError where a picture is none, or it or its CSV is one of the files that are read."""
+    for file in (path, f"{path}.csv"):
+        check_not_read("--out", file, read)
+    if pathlib.Path(path).suffix.lower() != ".png":
+        raise ValueError(f"--out {path}: the name of a picture ends in .png")
+
+
 def tell(path, found=None):
     """Notes on a curve without E, on a line of E that does not begin at zero, and on another load than tension. found: of table_numbers()."""
     load, found = curves.load_of(path), found or {}
@@ -143,7 +151,7 @@ def show_cycles(args):
     """Print one line of numbers for each curve that turns back, and draw them where a picture is asked for."""
     paths = list(dict.fromkeys(args.curves))
     if args.out:
-        check_not_read("--out", args.out, paths)
+        check_picture(args.out, paths)
         load, labels = one_load(paths, args.strain), labels_of(args.labels, paths)
     read, found = evaluated(args, lambda curve, turns: curves.cycle_numbers(curve, turns))
     print_numbers(found, CYCLE, digits=4)
@@ -193,14 +201,14 @@ def show_table(args):
 
 def plot_columns(args):
     """One column over another, a curve for each file."""
-    check_not_read("--out", args.out, args.files)
+    check_picture(args.out, args.files)
     read = {path: curves.read_columns(path, (args.x, args.y)) for path in args.files}
     print(figures.two_columns(dict(zip(figures.short_names(read), read.values())), args.x, args.y, args.out, args.title))
 
 
 def plot_curves(args):
     """Draw all curves into one picture."""
-    check_not_read("--out", args.out, args.curves)
+    check_picture(args.out, args.curves)
     load, labels = one_load(args.curves, args.strain), labels_of(args.labels, args.curves)
     read = [curves.read_curve(path, args.strain) for path in args.curves]
     drawn = list(zip(labels, read))
@@ -210,7 +218,7 @@ def plot_curves(args):
 
 def plot_law(args):
     """Draw the force law of one row."""
-    check_not_read("--out", args.out, [args.measured] if args.measured else [])
+    check_picture(args.out, [args.measured] if args.measured else [])
     measured = curves.read_columns(args.measured, figures.MEASURED) if args.measured else None
     print(figures.force_law(law.Row.parse(args.coeff), args.out, measured))
 

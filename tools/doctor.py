@@ -202,6 +202,16 @@ def library_of(exe, **changes):
     return pathlib.Path(found[1]) if found else None
 
 
+def check_builds(report):
+    """Is each build folder of the source tree where CMake made it? In a copy lmp, evp and the compiler take the files of the other one."""
+    for cache in sorted(source_tree().glob("build*/CMakeCache.txt")):
+        folder, made = cache.parent, entry_of(cache, "CMAKE_CACHEFILE_DIR:INTERNAL")
+        if made and not (os.path.isdir(made) and os.path.samefile(made, folder)):
+            cause = f"{folder} was made as {made}, and moved or copied since: it holds paths of there."
+            setup = shlex.quote(f"{source_tree()}/tools/setup.sh")
+            report.fault("build folder", f"{folder} is that of {made}", cause, f"rm -r {shlex.quote(str(folder))} && {setup}")
+
+
 def check_lmp(report, given):
     """The Lammps; None where it does not start, or can take no plugin."""
     path, found_by = find_lmp(given)
@@ -318,6 +328,7 @@ def main(argv=None):
     system = f"{platform.system()} {'.'.join(platform.release().split('.')[:2])}"
     print(f"evp doctor: EVP {version} on {name}, {platform.machine()}, {system}, Python {platform.python_version()}", flush=True)
     report = Report()
+    check_builds(report)
     lammps = check_lmp(report, args.lmp)
     if lammps:
         check_plugin(report, lammps, args.plugin and args.plugin.absolute())

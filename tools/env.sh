@@ -34,6 +34,13 @@ evp_cache_dir() {
   printf '%s\n' "${EVP_CACHE:-${XDG_CACHE_HOME:-${home:-/var/tmp}/.cache}/evp}"
 }
 
+# Where the build folder $1 was made, if it was moved or copied since: it holds paths of there.
+evp_moved_from() {
+  local made=
+  [ ! -f "$1/CMakeCache.txt" ] || made=$(sed -n 's/^CMAKE_CACHEFILE_DIR:INTERNAL=//p' "$1/CMakeCache.txt")
+  [ -z "$made" ] || [ "$made" -ef "$1" ] || printf '%s\n' "$made"
+}
+
 # evp_configure FOLDER OPTION...: CMake of this checkout in a folder, by Ninja where it is.
 evp_configure() {
   local folder=$1 generator=()

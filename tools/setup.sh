@@ -72,6 +72,9 @@ if [ -n "$build_dir" ]; then
   build_dir=$(cd "$build_dir" && pwd)
 fi
 
+moved=$(evp_moved_from "$EVP_BUILD")
+[ -z "$moved" ] || die "$EVP_BUILD was made as $moved, and moved or copied since: it holds paths of there. Remove it, and call again: rm -r $EVP_BUILD"
+
 trap 'die "interrupted; call it again and it goes on from there"' INT TERM
 mkdir -p "$cache" "$EVP_BUILD" || die "cannot write to $cache or $EVP_BUILD; set EVP_CACHE to a folder of yours"
 : >"$log"

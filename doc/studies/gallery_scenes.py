@@ -116,8 +116,8 @@ def shear(folder, _):
 def notched(folder, _):
     with open(CHECKOUT / "doc" / "figures" / "notched_tension.png.csv", newline="", encoding="utf-8") as source:
         such = [float(row["stress_MPa"]) for row in csv.DictReader(source) if row["curve"] == "N = 4000, XI = 0.05"]
-    read = curves.read_columns(folder / "notched.csv", ("stress_grip", "broken"))
-    return [Number("MPa", read["stress_grip"].max() / 1e6, max(such)), Number("", read["broken"][-1])]
+    read = curves.read_columns(folder / "notched.csv", ("stress_grip", "failed", "ended_at_dlim"))
+    return [Number("MPa", read["stress_grip"].max() / 1e6, max(such)), Number("", read["failed"][-1] + read["ended_at_dlim"][-1])]
 
 
 def sliding(_, text):

@@ -25,20 +25,20 @@ PARTED = 0.1  # of the largest stress: below it the body has parted
 NOTCH = 1.0  # radius of the end of a notch [mm]
 RULES = CONSTANT, INVERSE, POWER = "constant XI", "XI ~ 1/spacing", "power of the spacing"
 HEADER = ("spheres", "specimens", "spacing [mm]", "XI", "rule", "largest stress [MPa]", "strain at it [%]", "rupture strain [%]", "work of rupture [kJ/m2]",
-          "bonds broken")
+          "bonds ended")
 
 
 class Rupture(NamedTuple):
-    """Of a pull: largest stress [MPa], strain at it, strain of rupture, work of the grips per cross-section [kJ/m2], bonds that broke."""
+    """Of a pull: largest stress [MPa], strain at it, strain of rupture, work of the grips per cross-section [kJ/m2], bonds that ended."""
 
     peak: float
     at: float
     strain: float
     work: float
-    broken: int
+    ended: int
 
 
-def rupture_of(curve, broken):
+def rupture_of(curve, ended):
     """The Rupture of a curve. RunError where the body has not parted."""
     strain, stress = curve.strain, curve.grip
     top = int(np.argmax(stress))
@@ -46,7 +46,7 @@ def rupture_of(curve, broken):
     if len(gone) == 0:
         raise RunError(f"the body has not parted at a strain of {strain[-1]:g}: {stress[-1]:.3g} Pa of {stress[top]:.3g} Pa are left")
     end = top + gone[0]
-    return Rupture(stress[top] / 1e6, strain[top], strain[end], trapezoid(stress[: end + 1], strain[: end + 1]) * FREE_LENGTH / 1e3, broken)
+    return Rupture(stress[top] / 1e6, strain[top], strain[end], trapezoid(stress[: end + 1], strain[: end + 1]) * FREE_LENGTH / 1e3, ended)
 
 
 def pull(runs, data, xi):
@@ -54,7 +54,8 @@ def pull(runs, data, xi):
     name = f"{data[:-len('.data')]}_{xi:.4g}"
     runs.run("in.traction", name, specimen=data, **{"break": f"{xi:.6g}"}, **PULL)
     curve = curves.read_curve(runs.folder / f"{name}.csv")
-    return rupture_of(curve, int(runs.curve(name, "broken")["broken"][-1])), curve
+    ended = runs.curve(name, "failed", "ended_at_dlim")
+    return rupture_of(curve, int(ended["failed"][-1] + ended["ended_at_dlim"][-1])), curve
 
 
 def spacing(spheres):
@@ -92,7 +93,7 @@ def page(results, p, sizes):
 
     rows = [(n, len(found), f"{spacing(n):.2f}", f"{xi:.3g}", rule,
              *(mean_of([scale * getattr(rupture, name) for rupture, _ in found], form)
-               for name, scale, form in (("peak", 1, ".0f"), ("at", 100, ".2f"), ("strain", 100, ".2f"), ("work", 1, ".1f"), ("broken", 1, ".0f"))))
+               for name, scale, form in (("peak", 1, ".0f"), ("at", 100, ".2f"), ("strain", 100, ".2f"), ("work", 1, ".1f"), ("ended", 1, ".0f"))))
             for (n, xi, rule), found in results.items()]
     return {"table": (HEADER, rows), "p": f"{p:.2f}", "few": sizes[0], "more": sizes[1], "notch": f"{NOTCH:g}", "rate": PULL["rate"],
             "spheres": ", ".join(map(str, sizes)), "spacings": ", ".join(f"{spacing(n):.2f}" for n in sizes), "works": listed(CONSTANT, ".1f", lambda n, xi, found: work_of(found)),

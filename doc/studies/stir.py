@@ -30,7 +30,7 @@ STUCK = ("pair_coeff 1 3 evp/lj ${row_e1} ${row_m1} ${row_n1} ${row_e2} ${row_m2
          "coordination ${row_coordination} limit own")
 # Of the deck, line for line: a shoulder that sticks as the pin does.
 STICKS = ((r"^pair_coeff +1 3 granular hooke.*", STUCK + "\npair_coeff 3 3 granular hooke 1 0.5 tangential linear_nohistory 1 0"), (r"^pair_coeff +1 3 granular \${tool_contact}", ""))
-SLIPS = "pair_coeff 1 2 evp/lj ${row_words} conductivity $(v_row_conductivity*v_scale)\n"  # a pin that holds as the plate does
+SLIPS = "pair_coeff 1 2 evp/lj ${plate_words}\n"  # a pin that holds as the plate does
 FRAMES = """variable frame equal $(25*v_row_steps)
 dump frames all custom ${frame} ${out}_frames.dump id type i_plate x y z radius c_temperature c_state[*]
 dump_modify frames sort id time yes units yes format float %.6g colname i_plate plate colname c_temperature temperature ${state_titles}

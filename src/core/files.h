@@ -14,6 +14,7 @@
 #include <cstdio>
 #include <istream>
 #include <optional>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -78,7 +79,10 @@ inline Row parse_row(const std::vector<std::string> &words)
   for (int k = 0; k < NREQUIRED; k++)
     row.*MEMBERS[k].value = parse_number(MEMBERS[k].key, words[k]);
 
+  std::set<std::string> given_keys;
   for (size_t at = NREQUIRED; at < words.size();) {
+    if (!given_keys.insert(words[at]).second)
+      throw BadInput("keyword " + shown(words[at]) + " of a row is given twice: leave one out");
     if (words[at] == "flow") {
       at = parse_flow(words, at + 1, row.flow);
       continue;

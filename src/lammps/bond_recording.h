@@ -55,6 +55,7 @@ class BondRecording : protected Pointers {
   std::string source;                             // for users
   std::vector<std::vector<Remembered>> inside;    // of each local atom, of those with a new one
   bigint overlaps = 0, loose = 0;    // pairs of two bodies; atoms of the group without a molecule
+  double deepest = 0.0;              // of pairs of two bodies: overlap over R_i + R_j
   bigint special = 0;                // pairs that special_bonds keeps out of the neighbor list
   int64_t most = 0;                  // records of an atom
 

@@ -7,7 +7,9 @@
 #include "core/bond_measures.h"
 #include "core/files.h"
 #include "fix_evp_bonds.h"
+#include "output_claim.h"
 #include "scene.h"
+#include "script_variables.h"
 #include "user_input.h"
 
 #include "comm.h"
@@ -21,6 +23,7 @@
 #include <cmath>
 #include <cstring>
 #include <sstream>
+#include <tuple>
 #include <vector>
 
 using namespace LAMMPS_NS;
@@ -159,11 +162,13 @@ bool WriteEVPBonds::write_in_order_of_ranks(const std::string &text, FILE *fp) c
 }
 
 // read_evp_row FILE:ROW PREFIX, or FILE ROW PREFIX, or e1 m1 ... alpha [keyword value ...] PREFIX, where the numbers
-// may be one quoted word; then [body GROUP VOLUME SOLID_FRACTION]
+// may be one quoted word; then [set KEY NUMBER] ... [body GROUP VOLUME SOLID_FRACTION]
 void ReadEVPRow::command(int narg, char **arg)
 {
   char **body = nullptr;
+  std::vector<char **> changes;    // the last one in front
   if (narg > 5 && strcmp(arg[narg - 4], "body") == 0) body = arg + (narg -= 4) + 1;
+  while (narg > 4 && strcmp(arg[narg - 3], "set") == 0) changes.push_back(arg + (narg -= 3) + 1);
   if (narg < 2)
     error->all(FLERR,
                "read_evp_row: expected at least two arguments, a row (FILE:ROW or its numbers) and "
@@ -172,12 +177,16 @@ void ReadEVPRow::command(int narg, char **arg)
   std::vector<std::string> words = {arg, arg + narg - 1};
   if (words.size() == 1 && words[0].find(':') == std::string::npos) words = split_words(words[0]);
 
+  const std::string prefix = arg[narg - 1];
   const auto set = [&](const std::string &name, const std::string &value) {
-    input->variable->set(fmt::format("{}_{} string \"{}\"", arg[narg - 1], name, value));
+    set_script_variable(lmp, "read_evp_row", prefix + "_" + name, value,
+                        "give another prefix than '" + prefix + "', or rename that variable");
   };
   Row row;
   stop_at_bad_input(error, "read_evp_row", [&] {
     row = read_row(lmp, words);
+    for (auto at = changes.rbegin(); at != changes.rend(); ++at)
+      set_number(row, (*at)[0], (*at)[1]);
     if (!body) return;
     const Spheres spheres = spheres_of(body);
     set("diameter", rounded(spheres.diameter, 15));
@@ -189,6 +198,20 @@ void ReadEVPRow::command(int narg, char **arg)
   for (char &c : key)
     if (!isalnum((unsigned char) c)) c = c == '.' ? 'p' : c == '-' ? 'm' : '_';
   set("key", key);
+}
+
+// Throws BadInput where rows have no such number, or this one breaks a rule with it.
+void ReadEVPRow::set_number(Row &row, const std::string &key, const std::string &number)
+{
+  const Member *const member = find_member(key);
+  if (!member)
+    throw BadInput("set: a row has no number '" + shown(key) + "': it has " +
+                   keys_of(MEMBERS, std::end(MEMBERS), ", "));
+  if (member->place != Member::HEAD && !is_given(row, *member))
+    throw BadInput("set: the row has no keyword " + std::string(member->head()->key) +
+                   ", of which " + key + " is a number: give the row that keyword");
+  row.*member->value = parse_number(key, number);
+  (void) PairLaw(row);
 }
 
 // Collective. Those of a group, whose volumes must be those of the body. words: group, volume, solid fraction
@@ -222,7 +245,8 @@ ReadEVPRow::Spheres ReadEVPRow::spheres_of(char **words) const
 namespace {
 
 /// A choice of an input script: NAME, NAME? which need not be defined, or NAME with rules, joined by commas: =WORD|WORD, >X,
-/// >=X, <X, <=X, !=X, number, integer; or the rule name: of a file or folder, or the numbers of a row.
+/// >=X, <X, <=X, !=X, number, integer; or the rule name: of a file or folder, or the numbers of a row; or output: a name with
+/// which all files begin that the script writes.
 struct Choice {
   std::string name, rules;
   bool optional;
@@ -239,7 +263,7 @@ struct Choice {
   void check(const std::string &value, bool is_group = false) const
   {
     if (rules.empty()) return;
-    if (rules == ",name") return check_name(value);
+    if (rules == ",name" || is_output()) return check_name(value);
     double number = 0.0;
     bool listed = false, takes_numbers = false, holds = is_number(value, number);
     std::string words, kind = "a number", bounds, rule, word;
@@ -273,6 +297,7 @@ struct Choice {
     throw BadInput("-var " + name + " must be " + words + ", got '" + shown(value) + "'");
   }
 
+  bool is_output() const { return rules == ",output"; }
   bool takes_integers() const { return rules.find("integer") != std::string::npos; }
 
  private:
@@ -342,15 +367,26 @@ void EVPChoices::write_as_integer(const std::string &name, const std::string &va
   input->variable->set(name + " index " + plain);
 }
 
-// Collective. The folder of the input script that is being read, for its includes; the present one where it is not
-// known
+// Collective. Two runs that write the same files would mix them.
+void EVPChoices::claim(const char *script, const std::string &name, const std::string &value) const
+{
+  if (!on_all(comm->me > 0 || claim_output(value), world))
+    error->all(FLERR,
+               "{}: another run, which has not ended, writes files that begin with {}: wait for "
+               "its end, or give another -var {}",
+               script, value, name);
+}
+
+// Collective. The folder of the input script that is being read, for its includes, unless -var here gives it; the present one
+// where it is not known
 void EVPChoices::set_here() const
 {
+  if (is_variable_of_user(lmp, "here")) return;
   char path[4096] = "";
   if (comm->me == 0 && infile) platform::guesspath(infile, path, sizeof(path) - 1);
   MPI_Bcast(path, sizeof(path), MPI_CHAR, 0, world);
   const std::string folder = path[0] == '/' ? platform::path_dirname(path) : ".";
-  input->variable->set("here string \"" + folder + "\"");
+  set_script_variable(lmp, "evp_choices", "here", folder, "rename it");
 }
 
 // evp_choices SCRIPT NAME[?][RULE[,RULE ...]] ... [only], or evp_choices SCRIPT implied NAME ...
@@ -366,7 +402,8 @@ void EVPChoices::command(int narg, char **arg)
   const bool ends = strcmp(arg[narg - 1], "only") == 0;
   const char *const also = input->variable->retrieve("also");    // a file, maybe with choices
   const bool only = ends && (!also || strcmp(also, "/dev/null") == 0);
-  std::vector<std::string> known;
+  std::vector<std::string> known = {"here"};
+  std::string output, prefix;    // name and value of the choice with that rule
   for (int k = 1; k < narg - ends; k++) {
     const Choice choice(arg[k]);
     known.push_back(choice.name);
@@ -383,8 +420,10 @@ void EVPChoices::command(int narg, char **arg)
       choice.check(value, igroup >= 0);
     });
     line += fmt::format("{} {} {}", line == arg[0] ? ":" : ",", choice.name, value);
+    if (choice.is_output()) std::tie(output, prefix) = std::tie(choice.name, value);
     if (choice.takes_integers() && igroup < 0) write_as_integer(choice.name, value);
   }
+  if (!output.empty()) claim(arg[0], output, prefix);
   if (comm->me == 0) utils::logmesg(lmp, line + "\n");
   char name[256] = {};
   for (int k = 0;
@@ -399,34 +438,23 @@ namespace {
 // Atoms that are minimized move without such a fix, but LAMMPS warns at each 'run 0'.
 constexpr const char *HARMLESS = "No fixes with time integration";
 
-/// While it lives, the screen is a temporary file. Then its warnings, what EVP says, and all that follows an error, are
-/// shown.
+/// While it lives, only warnings, what EVP says, and all that follows an error, come to the screen: at once, as another MPI rank
+/// may end this one.
 class HiddenScreen {
  public:
   HiddenScreen(FILE *&screen_in, Error *error_in) :
-      screen(screen_in), shown(screen_in), hidden(shown ? tmpfile() : nullptr), error(error_in)
+      screen(screen_in), shown(screen_in), hidden(shown ? open() : nullptr), error(error_in)
   {
+    if (!hidden) return;    // all is shown
+    setvbuf(hidden, nullptr, _IOLBF, BUFSIZ);
     screen = hidden;
   }
   ~HiddenScreen()
   {
     screen = shown;
     if (!hidden) return;
-    rewind(hidden);
-    char line[512];
-    for (bool failed = false; fgets(line, sizeof(line), hidden);) {
-      if (utils::strmatch(line, "^ERROR")) failed = true;
-      bool warns = utils::strmatch(line, "^WARNING");
-      if (warns && strstr(line, HARMLESS)) {
-        warns = false;
-        error->set_numwarn(error->get_numwarn() - 1);    // LAMMPS shows the first hundred
-      }
-      const bool ours = utils::strmatch(line, "^evp/lj:") ||
-          utils::strmatch(line, "^pair evp/lj:") || utils::strmatch(line, "^fix evp/");
-      if (failed || warns || ours) fputs(line, shown);
-    }
-    fflush(shown);
     fclose(hidden);
+    if (!line.empty()) show();
   }
   HiddenScreen(const HiddenScreen &) = delete;
   HiddenScreen &operator=(const HiddenScreen &) = delete;
@@ -435,6 +463,49 @@ class HiddenScreen {
   FILE *&screen;
   FILE *const shown, *const hidden;
   Error *const error;
+  std::string line;    // that is not whole yet
+  bool failed = false;
+
+  FILE *open()
+  {
+#if defined(__linux__)
+    cookie_io_functions_t functions = {};
+    functions.write = [](void *self, const char *text, size_t size) {
+      static_cast<HiddenScreen *>(self)->take(text, size);
+      return (ssize_t) size;
+    };
+    return fopencookie(this, "w", functions);
+#else
+    const auto write = [](void *self, const char *text, int size) {
+      static_cast<HiddenScreen *>(self)->take(text, (size_t) size);
+      return size;
+    };
+    return funopen(this, nullptr, write, nullptr, nullptr);
+#endif
+  }
+  void take(const char *text, size_t size)
+  {
+    for (const char *c = text; c < text + size; c++) {
+      line += *c;
+      if (*c == '\n') show();
+    }
+  }
+  void show()
+  {
+    failed = failed || utils::strmatch(line, "^ERROR");
+    bool warns = utils::strmatch(line, "^WARNING");
+    if (warns && line.find(HARMLESS) != std::string::npos) {
+      warns = false;
+      error->set_numwarn(error->get_numwarn() - 1);    // LAMMPS shows the first hundred
+    }
+    const bool ours = utils::strmatch(line, "^evp/lj:") || utils::strmatch(line, "^pair evp/lj:") ||
+        utils::strmatch(line, "^fix evp/");
+    if (failed || warns || ours) {
+      fputs(line.c_str(), shown);
+      fflush(shown);
+    }
+    line.clear();
+  }
 };
 
 std::string quoted(const std::string &word)
@@ -453,9 +524,8 @@ void EVPQuietly::command(int narg, char **arg)
   for (int i = 0; i < narg; i++) {
     std::string word = arg[i];
     if (utils::has_utf8(word) && quoted(word) == word) {
-      std::string name = "evp_quietly_" + std::to_string(i), style = "string";
-      char *variable[] = {&name[0], &style[0], arg[i]};
-      input->variable->set(3, variable);
+      const std::string name = "evp_quietly_" + std::to_string(i);
+      set_script_variable(lmp, "evp_quietly", name, arg[i], "rename it");
       word = "${" + name + "}";
       words += " " + name;
     } else

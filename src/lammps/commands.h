@@ -34,6 +34,7 @@ class ReadEVPRow : public Command {
     double number_density, diameter;
   };
   Spheres spheres_of(char **words) const;
+  static void set_number(EVP::Row &, const std::string &key, const std::string &number);
 };
 
 /// evp_choices SCRIPT CHOICE ...: prints the choices of an input script, stops where one breaks its rules.
@@ -44,6 +45,7 @@ class EVPChoices : public Command {
 
  private:
   void set_implied(int, char **) const;
+  void claim(const char *script, const std::string &name, const std::string &value) const;
   void set_here() const;
   void write_as_integer(const std::string &name, const std::string &value) const;
 };

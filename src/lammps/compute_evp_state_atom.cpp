@@ -4,13 +4,12 @@
 
 #include "fix_evp_bonds.h"
 #include "scene.h"
+#include "script_variables.h"
 #include "user_input.h"
 
 #include "compute_stress_atom.h"
 #include "group.h"
-#include "input.h"
 #include "math_const.h"
-#include "variable.h"
 
 #include <algorithm>
 
@@ -62,7 +61,8 @@ ComputeEVPStateAtom::ComputeEVPStateAtom(LAMMPS *lmp, int narg, char **arg) :
   std::string titles;    // for dump_modify
   for (size_t k = 0; k < names.size(); k++)
     titles += fmt::format("colname c_{}[{}] {} ", id, k + 1, names[k]);
-  input->variable->set(fmt::format("{}_titles string \"{}\"", id, titles));
+  set_script_variable(lmp, who, std::string(id) + "_titles", titles,
+                      "give the compute another ID, or rename that variable");
 
   peratom_flag = 1;
   size_peratom_cols = (int) names.size();

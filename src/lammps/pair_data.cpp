@@ -272,6 +272,10 @@ void PairData::report()
         : fmt::format(", bonds break beyond {} deq", 1.0 + rules.break_strain);
   if (volume())
     line += fmt::format(", volume energy from fix {}", scene::find_fix(modify, "evp/volume")->id);
+  const std::string inactive = types.find_inactive_keywords(rules.plastic);
+  if (!inactive.empty())
+    line += fmt::format(", inactive without {}: {}",
+                        rules.plastic ? "fix evp/heat" : "plasticity isotropic", inactive);
   line += fmt::format(", overlap warning above {} (R_i + R_j)\n", rules.overlap);
 
   if (line == std::exchange(last_report, line) || comm->me) return;

@@ -154,6 +154,20 @@ std::string PairTypes::find_inactive_kv() const
   return "";
 }
 
+std::string PairTypes::find_inactive_keywords(bool plastic) const
+{
+  if (plastic && scene::find_fix(modify, "evp/heat")) return "";
+  std::string keys;
+  for (const char *key : {"soften", "rate"}) {
+    bool given = false;
+    for (int type = 1; type <= atom->ntypes; type++)
+      given = given ||
+          (handles(type, type) && is_given(coefficients.row(type, type), *find_member(key)));
+    if (given) keys += (keys.empty() ? "" : ", ") + std::string(key);
+  }
+  return keys;
+}
+
 // The row of two unlike types says how stiff their bonds are, those of like types how far they hold
 void PairTypes::report_unlike_types()
 {

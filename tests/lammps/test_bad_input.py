@@ -84,7 +84,8 @@ WORDS = {
         ("lj.evp a", "file lj.evp: the first line must be a comment with 'UNITS: si', the units in force, got 'lj'"), ("garbage.evp a", "file garbage.evp"),
         ("wide.evp a", "line 2: expected 9 values, got 500000"), ("many.evp a", "no row 'a'; its rows: r0, r1,"), ("big.evp a", "file big.evp")]),
     COEFF + ROW + " {}": ("coeff", [
-        ("pitch 1", "unknown keyword 'pitch' of a row"), ("spacing 1", "spacing and coordination are given together"),
+        ("pitch 1", "unknown keyword 'pitch' of a row"), ("kv 1 density 2700 kv 1", "Pair evp/lj: keyword kv of a row is given twice: leave one out"),
+        ("spacing 1", "spacing and coordination are given together"),
         ("saturation 0.1", "keyword saturation of a row is gone: how far bonds hold is a table now, flow p0 Y0 p1 Y1 ..."),
         *((f"flow {points}", f"flow needs 1 to 32 points of two numbers, plastic strain and limit over xi_s, got {count} numbers")
           for points, count in (("", 0), ("0 1 0.1", 3), ("0 1 0.1 x", 3), (66 * "1 ", 66))), ("flow 0 1 x", "unknown keyword 'x' of a row"),
@@ -267,7 +268,7 @@ OTHERS = [
     ({"then": "compute state all evp/state/atom", "after": "pair_style lj/cut 0.01\npair_coeff * * 1 1 0.01\nwrite_dump all custom s.dump id c_state[1]", **SEEN},
      "Compute state evp/state/atom needs the pairs of the current atoms"),
     ({"thermo": "compute dt all evp/dt\nthermo_style custom step c_dt[6]"}, "out-of-range"), ({"thermo": "thermo_style custom step f_bonds[9]"}, "out-of-range"),
-    ({"units": "units si\nvariable m_kv index 3\nread_evp_row good.evp:a m"}, "Cannot redefine"),
+    ({"units": "units si\nvariable m_kv index 3\nread_evp_row good.evp:a m"}, "there is a variable 'm_kv' already, which would be overwritten"),
     # two dimensions
     ({**FLAT, "then": "fix volume all evp/volume 300"}, f"Fix volume evp/volume: the volume strain {SOLID}leave the fix out"),
     ({**FLAT, "coeff": f"{COEFF}{ROW} spacing 0.0102 coordination 4"}, f"Pair evp/lj: the scaling of a row by 'spacing' and 'coordination' {SOLID}give the 9 numbers"),

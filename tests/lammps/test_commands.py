@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """read_evp_row, evp_quietly and evp_choices as commands: rows typed or from a file; what a quiet command shows; variables that are no choice."""
 
+import os
 import re
+import signal
 import subprocess
 
 import numpy as np
@@ -50,6 +52,50 @@ def test_a_row_of_the_paper_in_a_body_of_more_spheres(lmp):
     assert own["e1"] == 80 and own["spacing"] == 0.01 and run.stdout.count("_flow_0_1_0p1_2\n") == 2
 
 
+def test_a_number_of_a_row_is_set(lmp, tmp_path):
+    """Whether the row has it or not, in the order given; 0 takes a keyword out."""
+    (tmp_path / "a.evp").write_text(f"# UNITS: si\na {TABLE1} kv 3 soften 298 775 1\n", encoding="utf-8")
+    decks = {"kv 7": "_kv_7_soften_298_775_1", "kv 0": "_soften_298_775_1", "density 2700": "_kv_3_density_2700_soften_298_775_1",
+             "soften_tmelt 1000 set soften 800 set kv 0": "_soften_800_1000_1", "soften_m 2": "_kv_3_soften_298_775_2"}
+    text = "units si\n" + "".join(f"read_evp_row a.evp:a x set {words}\nprint '{words} = ${{x_key}}'\n" for words in decks)
+    said = lmp(text, 2).ok().stdout
+    for words, key in decks.items():
+        assert f"\n{words} = 80_8_4_3_8_4_0p005_0_1p5{key}_0p02\n" in said
+    for words, message in (("pitch 1", "set: a row has no number 'pitch': it has e1, m1"), ("rate_rate0 1", "set: the row has no keyword rate, of which rate_rate0"),
+                           ("kv -1", "kv must lie between 0 and 1e100"), ("soften 800", "soften_tmelt must lie above TREF = 800"), ("xi_s x", "xi_s must be a finite")):
+        run = lmp(f"units si\nread_evp_row a.evp:a x set {words}\n")
+        assert run.returncode == 1 and f"read_evp_row: {message}" in " ".join(run.stdout.split()), run.stdout[-300:]
+
+
+@pytest.mark.parametrize("command, key", [
+    (f"read_evp_row {TABLE1} kv 1 density 2700 kv 2 x", "kv"), ("read_evp_row density.evp:a x", "density"), ("read_evp_row flow.evp a x", "flow"),
+    (f"pair_style evp/lj\npair_coeff * * {TABLE1} limit own limit own", "limit"), ("pair_style evp/lj\npair_coeff * * bonds.evp:first", "bonds")])
+def test_a_keyword_of_a_row_is_not_given_twice(lmp, tmp_path, command, key):
+    """Not even with the same value, nor in another row of the file."""
+    for name, more in {"density": "density 1 density 1", "flow": "flow 0 1 flow 0 1 1 2", "bonds": "bonds thin kv 2 bonds thin"}.items():
+        (tmp_path / f"{name}.evp").write_text(f"# UNITS: si\nfirst {TABLE1}\na {TABLE1} {more}\n", encoding="utf-8")
+    run = lmp("units si\natom_style sphere\nregion box block 0 1 0 1 0 1\ncreate_box 1 box\n" + command + "\n", 2)
+    assert run.returncode == 1 and f"keyword {key} of a row is given twice: leave one out" in " ".join(run.stdout.split()), run.stdout[-300:]
+
+
+OWN = "there is a variable '{}' already, which would be overwritten: "
+
+
+@pytest.mark.parametrize("style", ["string mine", "index mine", "equal 3", "loop 3"])
+def test_a_variable_of_the_users_is_not_overwritten(lmp, style):
+    """By the titles of a compute, nor by a row; what these have set themselves may be set again, after clear too. evp_choices takes a folder `here` as it is."""
+    compute = scene(run="compute s all evp/state/atom")
+    for name, command, remedy in (("s_titles", compute, "give the compute another ID"), ("row_kv", f"read_evp_row {TABLE1} row", "give another prefix than 'row'"),
+                                  ("row_words", f"units si\nread_evp_row {TABLE1} row", "rename that variable")):
+        run = lmp(f"variable {name} {style}\n{command}\n")
+        assert run.returncode == 1 and OWN.format(name) in " ".join(run.stdout.split()) and remedy in run.stdout, run.stdout[-400:]
+    twice = f"read_evp_row {TABLE1} row\nread_evp_row 81 8 4 3 8 4 0.005 0 1.5 row\n"
+    again = lmp(f"{twice}{compute}uncompute s\ncompute s all evp/state/atom plastic_work\nclear\n{twice}{compute}print 'e1 ${{row_e1}} ${{s_titles}}'\n").ok().stdout
+    assert "e1 81 colname c_s[1] bonds" in again
+    if style.startswith(("string", "index")):
+        assert "\nhere mine\n" in lmp(f"variable out index a\nvariable here {style}\nevp_choices in.x out,name only\nprint 'here ${{here}}'\n").ok().stdout
+
+
 SCENE = "region box block 0 1 0 1 0 1\ncreate_box 1 box\ncreate_atoms 1 single 0.5 0.5 0.5\nmass 1 1.0\npair_style zero 0.1\npair_coeff * *\n"
 
 
@@ -71,6 +117,38 @@ def test_a_quiet_command_shows_its_warnings(lmp):
 def test_errors_of_a_quiet_command_are_shown_once(lmp, command, ranks, message):
     run = lmp(SCENE + f"evp_quietly {command}\n", ranks)
     assert run.returncode != 0 and run.stdout.count("ERROR") == 1 and message in run.stdout, run.stdout[-500:]
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_what_a_quiet_command_said_before_another_rank_ended_it(lmp, ranks):
+    """The warning that says why, of the first MPI rank, and the error of the last one, whose sphere has grown; and with them nothing that is to be hidden."""
+    text = f"""units si
+atom_style sphere 1
+atom_modify map yes
+boundary f f f
+processors {ranks} 1 1
+region box block -5 5 -1 1 -1 1
+create_box 1 box
+create_atoms 1 single -3 0 0
+create_atoms 1 single 3 0 0
+set group all diameter 1.0 density 1.0
+pair_style evp/lj contact repulsive
+pair_coeff * * {TABLE1}
+neighbor 0.3 bin
+fix move all nve
+group grows id 2
+variable size equal 1+0.2*step
+fix grow grows adapt 1 atom diameter v_size
+create_atoms 1 single 4.2 0 0
+set group all diameter 1.0 density 1.0
+fix bonds all evp/bonds
+timestep 1e3
+evp_quietly run 10
+"""
+    run = lmp(text, ranks)
+    assert run.returncode != 0 and re.search(r"^ERROR.*: the radius of atom 2 is 0\.6, but the cutoff was set for at most 0\.5", run.stdout, re.M), run.stdout[-500:]
+    assert re.search(r"^WARNING: Pair evp/lj: the timestep 1000 is \S+ times the largest stable timestep", run.stdout, re.M)
+    assert "\nevp/lj: damping off" in run.stdout and "perpetual" not in run.stdout and "Step" not in run.stdout
 
 
 @pytest.mark.parametrize("also, warned", [("/dev/null", ["wdth"]), ("more.lmp", [])])
@@ -146,10 +224,67 @@ def test_the_folder_of_a_script(tmp_path):
     """An include beside it is found from any folder; by a pipe the folder is not known, and is the present one."""
     folder = tmp_path / "my d\u00ebcks"
     folder.mkdir()
-    (folder / "in.x").write_text('variable out index a\nevp_choices in.x out,name only\ninclude "${here}/part.lmp"\n', encoding="utf-8")
+    (folder / "in.x").write_text('variable out index a\nevp_choices in.x out,output only\ninclude "${here}/part.lmp"\n', encoding="utf-8")
     (folder / "part.lmp").write_text('print "beside it"\n', encoding="utf-8")
     for ranks in (1, 2):
         assert "beside it" in run_lammps(folder / "in.x", ranks, {}, tmp_path).ok().stdout
     (tmp_path / "part.lmp").write_text('print "of the present folder"\n', encoding="utf-8")
     for start, said in ((f"{LMP} -log none < '{folder}/in.x'", "beside it"), (f"cat '{folder}/in.x' | {LMP} -log none", "of the present folder")):
         assert said in subprocess.run(start, shell=True, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    told = f"cat '{folder}/in.x' | {LMP} -log none -var here '{folder}'"
+    shown = subprocess.run(told, shell=True, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    assert "beside it" in shown and "WARNING" not in shown
+
+
+# ---- one prefix, two runs ----
+
+HELD = 'variable out index c\nevp_choices in.held out,output only\nprint "a,b" file c.csv screen no\nshell touch ready\nshell sleep 120\n'
+TAKEN = "another run, which has not ended, writes files that begin with"
+
+
+def test_a_prefix_is_that_of_one_run(tmp_path):
+    """While it lasts, for another script and by another path; a run that was killed has none. Nothing is written."""
+    run_lammps("in.specimen", 1, {"n": 120, "out": "body.data"}, tmp_path).ok()
+    (tmp_path / "in.held").write_text(HELD, encoding="utf-8")
+    more = {"specimen": "body.data", "strain": 0.001, "increment": 0.0005}
+    with subprocess.Popen([LMP, "-log", "none", "-in", "in.held"], cwd=tmp_path, stdout=subprocess.DEVNULL, start_new_session=True) as held:
+        try:
+            while not (tmp_path / "ready").exists():
+                assert held.poll() is None
+            for deck, ranks, out in (("in.quasistatic", 2, "c"), ("in.cyclic", 1, tmp_path / "c"), ("in.specimen", 1, "c")):
+                run = run_lammps(deck, ranks, {**(more if deck == "in.quasistatic" else {"specimen": "body.data"}), "out": out}, tmp_path)
+                assert run.returncode == 1 and f"{deck}: {TAKEN} {out}: wait for its end, or give another -var out" in " ".join(run.stdout.split()), run.stdout[-300:]
+            run_lammps("in.quasistatic", 1, {**more, "out": "d"}, tmp_path).ok()
+            assert (tmp_path / "c.csv").read_text(encoding="utf-8") == "a,b\n" and not (tmp_path / "c.resume").exists()
+        finally:
+            os.killpg(held.pid, signal.SIGKILL)
+    run_lammps("in.quasistatic", 1, {**more, "out": "c"}, tmp_path).ok()
+    assert len((tmp_path / "c.csv").read_text(encoding="utf-8").splitlines()) == 4 and not list(tmp_path.glob("*.lock"))
+
+
+def test_two_partitions_with_one_prefix(lmp):
+    """The same deck twice at the same time; with prefixes of their own both run."""
+    text = 'variable out world {}\nevp_choices in.x out,output only\nprint "ran" file ${{out}}.csv\n'
+    flags = ("-partition", "1", "1")
+    one = lmp(text.format("c c"), 2, flags=flags)
+    assert one.returncode != 0 and not (one.folder / "d.csv").exists()
+    lmp(text.format("c d"), 2, flags=flags).ok()
+    assert (one.folder / "d.csv").read_text(encoding="utf-8") == "ran\n"
+
+
+def test_a_csv_of_another_run_is_not_resumed(tmp_path):
+    """Its rows stay; with the rows of the run, also of one that was killed after the last row, it goes on."""
+    run_lammps("in.specimen", 1, {"n": 120, "out": "body.data"}, tmp_path).ok()
+    choices = {"specimen": "body.data", "increment": 0.0005, "out": "c"}
+    run_lammps("in.quasistatic", 1, {**choices, "strain": 0.001}, tmp_path).ok()
+    mine = (tmp_path / "c.csv").read_text(encoding="utf-8")
+    longer = mine.splitlines()[:1] + [line.replace("0.00", "0.01") for line in mine.splitlines()[1:]]
+    for other in ("\n".join(longer) + "\n", mine.splitlines()[0] + "\n", ""):
+        (tmp_path / "c.csv").write_text(other, encoding="utf-8")
+        run = run_lammps("in.quasistatic", 1, {**choices, "strain": 0.002, "resume": "yes"}, tmp_path)
+        assert run.returncode == 1 and "ERROR: c.csv is not that of c.resume: another run has written it since" in " ".join(run.stdout.split())
+        assert (tmp_path / "c.csv").read_text(encoding="utf-8") == other
+    (tmp_path / "c.csv").write_text(mine + "0.0015,1,1,0.0015,0,0,0,1,0,0\n", encoding="utf-8")
+    run_lammps("in.quasistatic", 2, {**choices, "strain": 0.0015, "resume": "yes"}, tmp_path).ok()
+    lines = (tmp_path / "c.csv").read_text(encoding="utf-8").splitlines()
+    assert len(lines) == 5 and lines[:3] == mine.splitlines()[:3] and not lines[-1].startswith("0.0015,1,1")

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 import time_order
 from evp import curves, specimen
-from lammps_run import DECKS, REPOSITORY, packed, read_dump, run_lammps
+from lammps_run import DECKS, REPOSITORY, packed, read_csv, read_dump, run_lammps
 from study import Runs
 
 # ---- the order of accuracy in dt that the pages of the integrators state ----
@@ -144,7 +144,7 @@ def test_it_breaks_at_the_notches(bar, tmp_path):
     found = run_lammps("in.traction", 1, choices, tmp_path).ok()
     assert float(re.search(r"cross-section (\S+) m2", found.stdout)[1]) == pytest.approx(NET, rel=0.01)
     curve = curves.read_curve(tmp_path / "pull.csv")
-    read = notched_tension.rupture_of(curve, int(curves.read_columns(tmp_path / "pull.csv", ("broken",))["broken"][-1]))
+    read = notched_tension.rupture_of(curve, int(read_csv(tmp_path / "pull.csv")["failed"][-1]))
     assert 150.0 < read.peak < 230.0 and 0.005 < read.at < read.strain < 0.025 and 20.0 < read.work < 150.0
     state = read_dump(tmp_path / "pull_state.dump")[-1]
     before = specimen.read_data(bar).x[:, 0]

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from lammps_run import packed, read_csv, run_lammps
+from lammps_run import DECKS, packed, read_csv, run_lammps
 
 plate = packed("plate.data", n=3000, shape="block", length=0.026, width=0.022, height=0.005)
 TMELT = 775.0
@@ -17,7 +17,7 @@ def stirred(folder, plate, **choices):
 
 def test_a_pin_that_sticks(tmp_path, plate):
     """The layer beside it follows, which takes twice the torque of a pin that holds as the plate does, and the plate warms; a shoulder rubs."""
-    (tmp_path / "slips.lmp").write_text("pair_coeff 1 2 evp/lj ${row_words} conductivity $(v_row_conductivity*v_scale)\n", encoding="utf-8")
+    (tmp_path / "slips.lmp").write_text("pair_coeff 1 2 evp/lj ${plate_words}\n", encoding="utf-8")
     ends = {}
     for pin, choices in (("sticks", {}), ("slips", {"shoulder": 0, "also": "slips.lmp"})):
         run, rows, last = stirred(tmp_path, plate, **choices)
@@ -33,8 +33,10 @@ def test_a_pin_that_sticks(tmp_path, plate):
 
 def test_it_travels(tmp_path, plate):
     """Along x, by the advance of a turn; the tool keeps its shape."""
-    (tmp_path / "start.lmp").write_text("write_dump all custom start.dump id type x y z modify sort id format float %.12g\n", encoding="utf-8")
-    run, _, _ = stirred(tmp_path, plate, dwell=0, turns=0.02, advance=0.01, also="start.lmp")
+    start = f"write_dump all custom start.dump id type x y z modify sort id format float %.12g\ninclude {DECKS}/frames.lmp\n"
+    (tmp_path / "start.lmp").write_text(start, encoding="utf-8")
+    run, _, _ = stirred(tmp_path, plate, dwell=0, turns=0.02, advance=0.01, also="start.lmp", frames=4)
+    assert [frame.step > 0 for frame in run.dump("stir_frames.dump")] == [False, True, True, True, True]
     start, end = run.dump("start.dump")[-1], run.dump("stir_state.dump")[-1]
     shoulder, turned = end["type"] == 3, 2.0 * np.pi * 0.02
     x, y = (start[name][start["type"] == 3] for name in "xy")
@@ -50,9 +52,11 @@ def test_a_seam_that_was_never_stirred(tmp_path, plate):
     """Holds nothing beside the uncut plate, also where the metal forgets a hardening that it does not have; without from and to there is no strip."""
     strength = {}
     for seam, hardening in (("no", "kept"), ("yes", "kept"), ("no", "forgotten")):
-        stirred(tmp_path, plate, dwell=0, seam=seam)
-        choices = {"stirred": "stir", "from": 0.014, "to": 0.019, "hardening": hardening, "strain": 0.05, "out": "seam"}
-        last = run_lammps("in.seam", 2, choices, tmp_path).ok().stdout.split("in.seam: strength ")[1].split()
+        assert stirred(tmp_path, plate, dwell=0, seam=seam)[0].warnings() == []
+        choices = {"stirred": "stir", "from": 0.014, "to": 0.019, "hardening": hardening, "strain": 0.05, "out": "seam", "also": DECKS / "frames.lmp", "frames": 2}
+        run = run_lammps("in.seam", 2, choices, tmp_path).ok()
+        last = run.stdout.split("in.seam: strength ")[1].split()
+        assert len(run.dump("seam_frames.dump")) == 3 and run.warnings() == []
         assert abs(float(last[last.index("imbalance") + 1])) < 1e-3 * max(float(last[last.index("work") + 1]), 0.01)
         strength[seam, hardening] = float(last[0])
         assert read_csv(tmp_path / "seam.csv")["stress"].max() == pytest.approx(1e6 * strength[seam, hardening], rel=1e-4)

@@ -46,6 +46,21 @@ def test_one_line_says_what_is_on(row, lmp_decks):
             assert part in found[0], (style, coeff, fix)
 
 
+def test_keywords_that_change_no_force_are_named(row, lmp_decks):
+    """Soften and rate act with plasticity and fix evp/heat; those that change no force are not named. No warning: such a run is a metal at its reference temperature."""
+    plastic, hot = "contact repulsive plasticity isotropic", "fix t all property/atom temperature heatflow ghost yes\nset group all temperature 300\nfix heat all evp/heat\n"
+    thermal = " density 2700 conductivity 1 capacity 1"
+    choices = {"cold": (plastic, " soften 298 775 1 rate 0.01 1", "fix evp/heat: soften, rate,"), "one": (plastic, thermal + " rate 0.01 1", "fix evp/heat: rate,"),
+               "none": (plastic, thermal, ""), "eq. 8": ("", " soften 298 775 1", "plasticity isotropic: soften,")}
+    decks = {name: deck(style, TABLE1 + more) for name, (style, more, _) in choices.items()}
+    decks["hot"] = deck(plastic, TABLE1 + thermal + " soften 298 775 1", FIX + "\n" + hot, after="unfix heat\nrun 1\n")
+    runs = lmp_decks(decks, ranks=2)
+    for name, (_, _, said) in choices.items():
+        assert [line.partition("inactive without ")[2].partition(" overlap")[0] for line in lines(runs[name])] == [said], name
+    assert ["inactive without fix evp/heat: soften," in line for line in lines(runs["hot"])] == [False, True]
+    assert not any(run.warnings() for run in runs.values())
+
+
 def test_a_change_is_said_again(row, lmp):
     found = lines(lmp(deck(after=f"pair_coeff * * {TABLE2}\nrun 1\nunfix bonds\nrun 1\n")))
     assert ["damping on" in line for line in found] == [False, True, True]

@@ -100,3 +100,6 @@ def test_bodies_that_overlap_at_the_start_are_warned_of(lmp_decks, tmp_path):
         runs.update(lmp_decks(decks, 2))
     warned = {key for key, run in runs.items() if any(text in line for line in run.warnings())}
     assert warned == {("literal", 0.99 * TOUCH), ("repulsive", 0.99 * TOUCH)}
+    two(tmp_path, 0.996 * TOUCH)
+    slight = lmp_decks({"slight": head() + pair(contact="repulsive", fix=FIX + "type") + "run 0\n"}, 2)["slight"]
+    assert not any("overlap" in line for line in slight.warnings()) and f"fix evp/bonds bonds: {text}, the deepest by 0.004 of R_i + R_j\n" in slight.stdout

@@ -2,6 +2,7 @@
 """tools/calibrate.py without LAMMPS: flow curves, closed forms, refusals, run table, row, search on a body that is the closed form itself."""
 
 import concurrent.futures
+import csv
 import json
 import math
 
@@ -109,6 +110,7 @@ ROW = "# UNITS: si\ntaken 80 8 4 3 8 4 0.005 0 1.5\n"
     ({"--body": "bar.data", "--rate": "5e6@100"}, "--rate: not with --body"),
     ({"--rate": ["5e6@100", "6e6@10000"]}, "5e+06 Pa at 100/s and 6e+06 Pa at 10000/s are not linear in the rate"),
     ({"--heat": "conductivity 1 2"}, "argument --heat: expected some of conductivity K capacity CP soften TREF TMELT M [FLOOR] melt L rate C RATE0"),
+    ({"--heat": "conductivity 1 capacity 2 conductivity 1"}, "argument --heat: conductivity is given twice"),
     ({"--heat": "293 conductivity 1"}, "argument --heat: begins with a keyword"),
     ({"--heat": "soften 293 775"}, "soften of --heat needs TREF TMELT M"),
     ({"--heat": "melt 4e5"}, "melt of --heat needs soften TREF TMELT M"),
@@ -316,6 +318,19 @@ def test_shear_is_one_of_three():
     assert off == pytest.approx({strain: 0.2 for strain in (0.5, 1.0, 2.0, 3.0)}, abs=1e-3)
     result = calibration.Result(None, runs, {"shear": {2.0: 0.14, 3.0: 0.16}})
     assert result.misses() == {"shear": {3.0: 0.16}}
+
+
+@pytest.mark.parametrize("curve, yields", [(ALLOY, 265e6), (flow.johnson_cook(90e6, 292e6, 0.31), 90e6), (flow.through(73e9, 200e6, ((300e6, 0.1),)), 200e6)])
+def test_the_picture_is_elastic_up_to_yield(tmp_path, curve, yields):
+    """However far the row was sheared: the first line of the flow curve has the slope E and ends where the metal yields; between its points the curve is straight."""
+    targets, strain = Targets(73e9, curve, 2770.0), np.linspace(0.0, 0.15, 500)
+    runs = {"tension": Run(73e9, 0.33, 3e8, strain, curve.nominal(strain, 73e9), 1.0), "shear": sheared(1.0)}
+    path = calibration.draw("mine", targets, calibration.Result(None, runs, {}), tmp_path / "mine.png")
+    with open(f"{path}.csv", encoding="utf-8", newline="") as source:
+        percent, stress = np.array([line[1:] for line in csv.reader(source) if line[0] == "flow curve"], dtype=float).T
+    assert stress[1] == pytest.approx(yields / 1e6, rel=0.01) and stress[1] / percent[1] == pytest.approx(730.0, rel=1e-4)
+    between = 0.5 * (percent[1:] + percent[:-1]) / 100.0
+    assert curve.true_stress(between, 73e9) / 1e6 == pytest.approx(0.5 * (stress[1:] + stress[:-1]), rel=1e-4) and percent[-1] == pytest.approx(200.0)
 
 
 def test_bonds_that_turn():

@@ -282,6 +282,10 @@ def test_a_law_without_runs_is_drawn(files):
 
 @pytest.mark.parametrize("words, message", [
     (("plot", "pull.csv", "--out", "pull.csv"), "--out pull.csv would be written over a file that is read"),
+    (("plot", "pull.csv", "--out", "pull"), "--out pull.csv would be written over a file that is read"),
+    (("plot", "pull.csv", "--out", "drawn"), "--out drawn: the name of a picture ends in .png"),
+    (("columns", "rod.csv", "--x", "time", "--y", "force", "--out", "drawn.jpg"), "--out drawn.jpg: the name of a picture ends in .png"),
+    (("law", "--out", "drawn.csv"), "--out drawn.csv: the name of a picture ends in .png"),
     (("columns", "rod.csv", "--x", "time", "--y", "length"), "has no column length; wanted are time, length")])
 def test_pictures_that_are_refused(files, words, message):
     before = {path: path.read_bytes() for path in files.iterdir()}

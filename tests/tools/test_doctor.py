@@ -264,3 +264,19 @@ def test_wrong_use():
     for words in (["--lmp", "/no/lmp"], ["--plugin", "/no/evpplugin.so"], ["--no-such"]):
         found = call(tool.main, *words)
         assert found.returncode == 2 and not found.stdout and len(found.stderr.splitlines()) <= 3, found.stderr
+
+
+def test_a_build_folder_that_was_moved_or_copied_with_its_checkout(tmp_path):
+    """Is a fault, though another lmp is healthy; the command removes it, and calls set-up. By a link it is the same folder."""
+    for name in ("tools", "cmake"):
+        shutil.copytree(ROOT / name, tmp_path / "evp" / name)
+    cache, words = tmp_path / "evp" / "build" / "CMakeCache.txt", [sys.executable, str(tmp_path / "evp" / "tools" / "doctor.py"), "--lmp", str(WRAPPER)]
+    cache.parent.mkdir()
+    for made, fault in ((BUILD, True), (tmp_path / "gone", True), (tmp_path / "link", False), (cache.parent, False)):
+        cache.write_text(f"CMAKE_CACHEFILE_DIR:INTERNAL={made}\n", encoding="utf-8")
+        (tmp_path / "link").is_symlink() or (tmp_path / "link").symlink_to(cache.parent)
+        done = subprocess.run(words, env=surroundings(), capture_output=True, text=True, check=False)
+        assert done.returncode == fault and ("\nHealthy: " in done.stdout) != fault, done.stdout
+        if fault:
+            assert f"Cause: {cache.parent} was made as {made}, and moved or copied since" in " ".join(done.stdout.split())
+            assert f"\nRun:   rm -r {cache.parent} && {tmp_path}/evp/tools/setup.sh\n" in done.stdout

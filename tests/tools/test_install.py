@@ -81,10 +81,28 @@ def test_doctor_knows_the_build_of_an_installation(prefix, tmp_path):
     start("bash", "-c", f'{said.split("Run:   ")[1].strip()} && exec "$@"', "bash", place / "bin" / "evp", "doctor", "--lmp", lmp, **shell)
 
 
-def test_a_source_tree_that_was_moved(tmp_path):
-    moved = program(tmp_path / "evp", re.sub("^share=.+$", "share='/no/such/tree'", (BUILD / "evp").read_text(encoding="utf-8"), flags=re.M))
-    assert start(moved, "--help", status=1) == ("evp: error: no /no/such/tree/tools: the source tree was moved: configure again in a new "
-                                                "build folder\n")
+def test_a_build_whose_files_were_moved_or_copied(tmp_path):
+    """The sources are gone; or the build folder is a copy, whose evp and lmp would run what is in the other one. A copy or link of a script alone is none."""
+    said = f" error: its build folder was made as {BUILD}, of the sources in {cache_entry('CMAKE_HOME_DIRECTORY')}; one of them was moved or copied, "
+    gone = program(tmp_path / "evp", re.sub("^share=.+$", "share='/no/such/tree'", (BUILD / "evp").read_text(encoding="utf-8"), flags=re.M))
+    assert start(gone, "--help", status=1).startswith("evp:" + said)
+    copy, alone = tmp_path / "a copy" / "build", tmp_path / "alone"
+    copy.mkdir(parents=True)
+    alone.mkdir()
+    for name in ("evp", "lmp", "CMakeCache.txt"):
+        shutil.copy(BUILD / name, copy)
+    for words in (("evp", "--version"), ("evp", "lmp", "-h"), ("lmp", "-h")):
+        told = start(copy / words[0], *words[1:], status=1)
+        assert told.startswith(words[0] + ":" + said) and told.endswith("remove the build folder and make it again, by tools/setup.sh or cmake\n")
+    for name in ("evp", "lmp"):
+        shutil.copy(BUILD / name, alone)
+        (tmp_path / f"{name}_link").symlink_to(BUILD / name)
+    for word in (alone / "evp", tmp_path / "evp_link"):
+        assert start(word, "--version") == f"EVP {__version__}\n"
+    for word in (alone / "lmp", tmp_path / "lmp_link"):
+        assert "Massively Parallel Simulator" in start(word, "-h")
+    (tmp_path / "linked").symlink_to(BUILD)
+    assert "Massively Parallel Simulator" in start("bash", "-c", "cd linked && ./lmp -h && cd / && \"$OLDPWD\"/evp path", folder=tmp_path)
 
 
 def test_only_one_symbol_is_seen_by_lammps():

@@ -174,6 +174,24 @@ def test_about_twelve_choices_which_one_command_prints(name):
     assert all("# " in line and re.search(rf"\$\{{{choice}\}}|\bv_{choice}\b", body) for choice, line in found.items()), "each is explained and used"
 
 
+def test_what_decks_and_frames_tell_each_other():
+    """frames.lmp needs to know how long a deck with the choice `also` is; it reads nothing else that no variable of its own has, and defines nothing of theirs."""
+    def defined(text):
+        return set(re.findall(r'^ *variable +(\w+)|"variable (\w+)', text, re.M))
+
+    frames = re.sub(r"#.*", "", (DECKS / "frames.lmp").read_text(encoding="utf-8"))
+    own = {"".join(names) for names in defined(frames)}
+    given = set(re.findall(r"is_defined\(variable,(\w+)\)", frames)) | {"k", "out"}  # k goes with last
+    assert set(re.findall(r"\bv_(\w+)|\$\{(\w+)\}", frames)) <= {pair for name in own | given for pair in ((name, ""), ("", name))}
+    for name, text in TEXT.items():
+        if "include         ${also}" not in text:
+            continue
+        whole = text + "".join((DECKS / f"{part}.lmp").read_text(encoding="utf-8") for part in re.findall(r'\${here}/(\w+)\.lmp', text))
+        theirs = {"".join(names) for names in defined(re.sub(r"#.*", "", whole))}
+        assert theirs & {"last", "nsteps", "duration"} and not theirs & own, name
+        assert "last" not in theirs or "k" in theirs, name
+
+
 def test_load_decks_take_body_and_material_by_the_same_lines():
     """So that in.traction stands for them in tests/lammps/test_body_file.py. A run that is resumed has the pair style from the restart file."""
     choices = re.search(r"^variable specimen .*?^variable break .*?$", TEXT["in.traction"], re.M | re.S)[0]

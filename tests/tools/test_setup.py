@@ -3,6 +3,7 @@
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import time
 
@@ -44,6 +45,20 @@ def test_bad_options(tmp_path, options, message):
     status, text = setup(*(places.get(word, word) for word in options))
     assert status == 1 and "setup.sh: error: " in text and message.replace("OLD", str(tmp_path)) in text
     assert "==" not in text, "no phase may have begun"
+
+
+@pytest.mark.parametrize("script", ["setup.sh", "quickstart.sh"])
+def test_a_build_folder_that_came_from_elsewhere(tmp_path, script):
+    """With its checkout, which was copied, or moved so that the place is gone; told before anything is looked for, and nothing is written."""
+    shutil.copytree(REPOSITORY / "tools", tmp_path / "tools")
+    (tmp_path / "build").mkdir()
+    for made in (str(REPOSITORY / "build"), "/no/such place/build"):
+        (tmp_path / "build" / "CMakeCache.txt").write_text(f"# a cache\nCMAKE_CACHEFILE_DIR:INTERNAL={made}\n", encoding="utf-8")
+        done = subprocess.run([tmp_path / "tools" / script], capture_output=True, text=True, check=False, timeout=60)
+        build = tmp_path / "build"
+        assert done.returncode == 1 and done.stderr == (f"setup.sh: error: {build} was made as {made}, and moved or copied since: it holds paths of there. "
+                                                        f"Remove it, and call again: rm -r {build}\n")
+        assert "==" not in done.stdout and [path.name for path in build.iterdir()] == ["CMakeCache.txt"]
 
 
 def test_second_call_makes_nothing_and_the_first_waits_for_another(tmp_path):

@@ -152,7 +152,7 @@ def test_work_of_a_triangle():
     """Up to 200 MPa at 2 %, down to zero at 6 %: a tenth of the stress is left at 5.6 %."""
     strain = np.linspace(0.0, 0.08, 801)
     found = notched_tension.rupture_of(curve(strain, 200e6 * np.interp(strain, (0.0, 0.02, 0.06), (0.0, 1.0, 0.0))), 12)
-    assert found.peak == pytest.approx(200.0) and found.at == pytest.approx(0.02) and found.strain == pytest.approx(0.056, abs=1.01e-4) and found.broken == 12
+    assert found.peak == pytest.approx(200.0) and found.at == pytest.approx(0.02) and found.strain == pytest.approx(0.056, abs=1.01e-4) and found.ended == 12
     assert found.work == pytest.approx((0.5 * 200e6 * 0.02 + 0.5 * (200e6 + 20e6) * 0.036) * 0.04 / 1e3, rel=5e-3)
     with pytest.raises(RunError, match="has not parted at a strain of 0.08"):
         notched_tension.rupture_of(curve(strain, 200e6 * np.interp(strain, (0.0, 0.02, 0.08), (0.0, 1.0, 0.2))), 12)

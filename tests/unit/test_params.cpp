@@ -193,6 +193,21 @@ TEST(ParseRow, RefusesWhatIsNoRow)
       expect_bad_row(TABLE1 + " " + EVP::MEMBERS[k].key + " nan", {EVP::MEMBERS[k].key, number});
 }
 
+TEST(ParseRow, RefusesAKeywordThatIsGivenTwice)
+{
+  const std::string every = " spacing 0.01 coordination 12 kv 1 density 2700 conductivity 1 "
+                            "capacity 1 soften 293 775 1 0.1 melt 1 rate 0.01 1 flow 0 1 limit own "
+                            "bonds thin";
+  EXPECT_NO_THROW(row_of(TABLE1 + every));
+  const std::vector<std::string> again = {"spacing 0.01", "coordination 12", "kv 1",
+                                          "density 2700", "conductivity 1",  "capacity 1",
+                                          "soften 0 1 1", "melt 1",          "rate 1 1",
+                                          "flow 0 1 1 2", "limit own",       "bonds thin"};
+  for (const std::string &words : again)
+    expect_bad_row(TABLE1 + every + " " + words,
+                   {"keyword " + words.substr(0, words.find(' ')) + " of a row is given twice"});
+}
+
 TEST(ParseRow, TakesKeywordsInAnyOrder)
 {
   Row row = row_of(TABLE1);

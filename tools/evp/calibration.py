@@ -576,7 +576,7 @@ def draw(name, targets, result, path):
     near = 3.0 * (targets.yield_strain + YIELD_OFFSET)
     with figures.plt.rc_context(figures.LOOK):
         figure, axes = figures.plt.subplots(1, 3, figsize=(13.0, 4.2))
-        true = np.linspace(0.0, end, 400)
+        true = targets.curve.bends(end, targets.modulus)
         curve = targets.curve.true_stress(true, targets.modulus) / 1e6
         rows += [("flow curve", f"{100.0 * a:.6g}", f"{b:.6g}") for a, b in zip(true, curve)]
         for axis, (last, title) in zip(axes, ((near, "around yield"), (true[-1], "all of it"))):

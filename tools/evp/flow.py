@@ -32,6 +32,11 @@ class FlowCurve(NamedTuple):
         """[Pa] at true strains, as sizes; elastic below the yield stress."""
         return np.array([self._true(float(strain), modulus) for strain in np.atleast_1d(strains)])
 
+    def bends(self, end, modulus):
+        """True strains from 0 to `end` between which the stress is straight: yield, and the points of the curve."""
+        strains = self.plastic + self.stress / modulus
+        return np.array([0.0, *strains[strains < end], end])
+
     def nominal(self, strains, modulus):
         """Nominal stress [Pa], as a size, at nominal strains of either sign."""
         true = np.log1p(strains)

@@ -91,13 +91,16 @@ def given_row(text):
     if len(words) == 1 and ":" in text:
         path, _, name = text.rpartition(":")
         with open(path, encoding="utf-8") as source:
-            rows = {line.split()[0]: line.partition("#")[0].split()[1:] for line in source if line.partition("#")[0].strip()}
-        if name not in rows:
-            raise ValueError(f"{path} has no row '{name}'; its rows: {', '.join(rows)}")
-        words = rows[name]
+            rows = [line.partition("#")[0].split() for line in source if line.partition("#")[0].strip()]
+        found = [words for first, *words in rows if first == name]
+        if len(found) != 1:
+            raise ValueError(f"{path} has the row '{name}' twice" if found else f"{path} has no row '{name}'; its rows: {', '.join(row[0] for row in rows)}")
+        words = found[0]
     row, words, more = law.Row.parse(" ".join(words[:9])), words[9:], {}
     keys = [k for k, word in enumerate(words) if word[0].isalpha() and word not in VALUES]
     for k, end in zip(keys, [*keys[1:], len(words)]):
+        if words[k] in more:
+            raise ValueError(f"keyword {words[k]} of a row is given twice: leave one out")
         values = [value if value[0].isalpha() else float(value) for value in words[k + 1 : end]]
         more[words[k]] = values if len(values) > 1 else values[0]
     return row, more
