@@ -54,7 +54,7 @@ void EventFile::write(std::vector<BondEvent> &events)
 {
   constexpr int WORDS = sizeof(BondEvent) / sizeof(double);    // counts of bytes would end at 2 GiB
   static_assert(sizeof(BondEvent) == WORDS * sizeof(double));
-  const int here = WORDS * (int) events.size();
+  int here = WORDS * (int) events.size();
   std::vector<int> sizes(comm->nprocs), places(comm->nprocs, 0);
   MPI_Gather(&here, 1, MPI_INT, sizes.data(), 1, MPI_INT, 0, world);
   for (int rank = 1; rank < comm->nprocs; rank++) places[rank] = places[rank - 1] + sizes[rank - 1];

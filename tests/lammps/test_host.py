@@ -130,8 +130,9 @@ def test_instances_side_by_side_are_those_one_after_the_other(tmp_path, small):
     assert others == [alone, alone] and len(set(alone)) == 6
 
 
-def test_sources_compile_without_mpi():
-    """Those that name a function of MPI: a LAMMPS without it has stand-ins of its own, whose functions take other pointers."""
+@pytest.fixture(scope="module")
+def complaints_of():
+    """What the compiler says of a text, with LAMMPS' stand-ins for MPI; empty where it compiles."""
     tree = pathlib.Path(cache_entry("LAMMPS_SOURCE_DIR"))
     headers = tree / "src" if (tree / "src").is_dir() else tree
     if not (headers / "STUBS" / "mpi.h").exists():
@@ -139,11 +140,26 @@ def test_sources_compile_without_mpi():
     words = [os.environ.get("CXX", "g++"), *"-std=c++17 -fsyntax-only -Wall -Wextra -Werror -DLAMMPS_SMALLBIG -DEVP_LAMMPS_VERSION=1".split(), '-DEVP_VERSION="1"',
              f"-I{REPOSITORY / 'src'}", "-isystem", str(headers / "STUBS"), "-isystem", str(headers), "-x", "c++", "-"]
 
-    def complaints(sources):
-        """Of one unit that includes all of them: each alone would read the headers anew, for seconds."""
-        text = "".join(f'#include "{source}"\n' for source in sources)
+    def complaints(text):
         done = subprocess.run(words, input=text, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
         return done.stdout[-2000:] if done.returncode else ""
+
+    return complaints
+
+
+def test_what_no_fix_shares_is_not_found(complaints_of):
+    """An object that a fix shares is found by its type: asked for as another one, it does not compile. Control: as it is shared, it does."""
+    ask = '#include "lammps/scene.h"\n#include "core/bond_store.h"\nauto ask(const LAMMPS_NS::Modify *fixes) {{ return EVP::scene::find_shared<{}>(fixes); }}\n'
+    assert not complaints_of(ask.format("const EVP::BondStore"))
+    for other in ("EVP::BondStore", "int", "const EVP::Heat"):
+        assert "no fix shares an object of this type" in complaints_of(ask.format(other)), other
+
+
+def test_sources_compile_without_mpi(complaints_of):
+    """Those that name a function of MPI: a LAMMPS without it has stand-ins of its own, whose functions take other pointers."""
+    def complaints(sources):
+        """Of one unit that includes all of them: each alone would read the headers anew, for seconds."""
+        return complaints_of("".join(f'#include "{source}"\n' for source in sources))
 
     sources = [path for path in sorted((REPOSITORY / "src").glob("*/*.cpp")) if "MPI_" in path.read_text(encoding="utf-8")]
     assert len(sources) > 10
