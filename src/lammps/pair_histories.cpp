@@ -146,15 +146,16 @@ void PairHistories::share_limits(VolumeForces *volume, bool opens)
   limits.resize(lists.nall);
   strains.resize(rules.breaks() ? lists.nall : 0);
   bool fails = false;
-  std::vector<char> open(volume ? lists.nall : 0);
   for (int i = 0; i < lists.nall; i++) {
     limits[i] = values[(size_t) 3 * i];
-    if (volume) open[i] = (char) values[(size_t) 3 * i + 2];
     if (!rules.breaks()) continue;
     strains[i] = values[(size_t) 3 * i + 1];
     fails = fails || strains[i] >= rules.break_strain;
   }
-  if (volume) volume->set_openness(open);
+  if (volume)
+    volume->set_openness(lists.nall, [&](int i) {
+      return values[(size_t) 3 * i + 2];
+    });
   // a minimization changes nothing before it is at rest
   ends.strains = fails && update->whichflag != 2 ? strains.data() : nullptr;
   ends.failure = rules.break_strain;

@@ -41,7 +41,10 @@ void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, BondStore 
   is_plastic = rules.plastic;
   columns = Columns(rules);
   stride = npulls(rules);
-  if (!is_plastic) set_openness({});
+  if (!is_plastic)
+    set_openness(0, [](int) {
+      return CLOSED;
+    });
   leaving.clear();
   far.clear();
   VolumeScene now = {reaches(), exclusions()};
@@ -209,14 +212,6 @@ void VolumeForces::find_beside_open(const PairLists &lists)
     if (p.j < lists.nreact) densities_of(CEASED).of(p.j) += now.rho;
   });
   pulling.remove(out);
-}
-
-void VolumeForces::set_openness(const std::vector<char> &now)
-{
-  open = now;
-  any_open = std::any_of(open.begin(), open.end(), [](char one) {
-    return one != CLOSED;
-  });
 }
 
 // of own atom i at its densities of now, which follow; nothing where it stays

@@ -94,7 +94,15 @@ class VolumeForces : protected Pointers {
     if (own.is(VolumeReference::OPEN)) return IS_OPEN;
     return now && own.is(VolumeReference::BEYOND) ? OPENS : CLOSED;
   }
-  void set_openness(const std::vector<char> &now);
+  /// of(i): Openness of n atoms and ghosts.
+  template <class F> void set_openness(int n, F &&of)
+  {
+    open.resize(n);
+    for (int i = 0; i < n; i++) open[i] = (char) of(i);
+    any_open = std::any_of(open.begin(), open.end(), [](char one) {
+      return one != CLOSED;
+    });
+  }
 
   /// Collective, before the records are told where deq of these bonds has moved, and which have ended.
   void note_bonds_at_rest(const PairLists &);
