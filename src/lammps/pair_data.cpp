@@ -341,7 +341,7 @@ bool PairData::pack(const NeighList *neighbors)
   if (is_first && bonds()) types.check(lists.bonds, volume());
   snapshot.finish();
   if (!bonds()) volume_.reset();    // the bonds have gone since the last set-up
-  histories.note_packing(volume());
+  histories.note_packing();
   const bigint without_pair = agree_on_pairs(found, same_list);
   if (!same_list) {    // else the same bonds are far
     histories.forget_far();

@@ -66,7 +66,7 @@ void PairHistories::begin_forces(PairWork *work, VolumeForces *volume)
   find_owners();
 }
 
-void PairHistories::note_packing(VolumeForces *volume)
+void PairHistories::note_packing()
 {
   ends.clear();
   begins.clear();
@@ -75,7 +75,7 @@ void PairHistories::note_packing(VolumeForces *volume)
   note_images();
   sums.reset(lists.nall);
   if (!rules.plastic) return;
-  share_limits(volume, false);
+  share_limits(nullptr, false);
   for_each_limit([](double &limit, double now, const auto &...) {
     limit = now;
   });

@@ -95,7 +95,7 @@ class PairHistories : protected Pointers {
   }
 
   /// Collective. The lists were packed anew: what the last forces found is void.
-  void note_packing(VolumeForces *);
+  void note_packing();
 
   /// Collective: to the records of their atoms, where they are due, and so does heat. Called before atoms migrate, and before
   /// others read the records. volume: is told how bonds are at rest now, nullptr without.

@@ -41,10 +41,6 @@ void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, BondStore 
   is_plastic = rules.plastic;
   columns = Columns(rules);
   stride = npulls(rules);
-  if (!is_plastic)
-    set_openness(0, [](int) {
-      return CLOSED;
-    });
   leaving.clear();
   far.clear();
   VolumeScene now = {reaches(), exclusions()};
@@ -65,8 +61,14 @@ void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, BondStore 
   store->volume_scene = std::move(now);
 
   batches.assign((size_t) stride * lists.nall, 0.0);
-  for (int i = 0; i < lists.nlocal; i++) batches[stride * (size_t) i] = store->volume(i).batch;
+  for (int i = 0; i < lists.nlocal; i++) {
+    batches[stride * (size_t) i] = store->volume(i).batch;
+    batches[stride * (size_t) i + 1] = openness(store->volume(i).reference, false);
+  }
   exchange.forward_comm(batches);
+  set_openness(is_plastic ? lists.nall : 0, [this](int i) {
+    return batches[stride * (size_t) i + 1];
+  });
 
   PairList &bonds = lists.bonds;
   bonds.inv_dlim.resize(bonds.size());

@@ -206,9 +206,10 @@ class VolumeForces : protected Pointers {
 
   bigint partners = -1;    // sum over the atoms with bonds, which tells whether they are the same
   Columns columns{PairRules()};
-  int stride = 2;                      // of pulls and batches
-  Values densities, pulls, batches;    // of all atoms and ghosts; the last: the first of each
-  std::vector<char> open;              // Openness of all atoms and ghosts; empty without plasticity
+  int stride = 2;    // of pulls and batches
+  Values densities, pulls,
+      batches;    // of all atoms and ghosts; the last: the first of each, then its openness at the packing
+  std::vector<char> open;    // Openness of all atoms and ghosts; empty without plasticity
   bool any_open = false;
   std::vector<double> strains;    // of own atoms
   double energy_here = 0.0;
