@@ -359,7 +359,8 @@ OF_DECKS = {
     "in.weld": [("press", 0.8, ABOVE + ">= 0 and < 0.7"), ("cut", "half", "must be yes or no")],
     "in.shear": [("rate", 0, ABOVE + "> 0")], "in.taylor": [("integrator", "verlet", WAYS)], "in.impact": [("friction", "on", "must be off or a number >= 0")],
     "in.sliding": [("normal", "jkr", "must be hooke or hertz")], "in.two_spheres": [("rows", 0, "must be an integer >= 1")],
-    "in.slab": [("layer", 0.5, ABOVE + "> 0 and < 0.5"), ("temperature_left", 300, ABOVE + ">= 0 and != 300")], "in.adiabatic": [("taylor", 2, ABOVE + ">= 0 and <= 1")],
+    "in.slab": [("layer", 0.5, ABOVE + "> 0 and < 0.5"), ("temperature_left", 300, ABOVE + "> 0 and != 300"), ("temperature_right", 0, ABOVE + "> 0")],
+    "in.adiabatic": [("temperature", 0, ABOVE + "> 0"), ("taylor", 2, ABOVE + ">= 0 and <= 1")],
     "in.specimen": [("shape", "cube", "must be cylinder or block or region or periodic or mesh")],
 }
 
