@@ -110,7 +110,7 @@ WORDS = {
         ("unknown.bonds", "bond 1 13: there is no atom 13: read the data file that was written with the bond file"), ("wraps.bonds", "there is no atom 4294967298:"),
         ("turned.bonds", "bond 1 2 is given twice in file turned.bonds"), ("late.bonds", "bond 1 2 is given twice in file late.bonds"),
         ("contact.bonds", "there is no atom 13"),
-        ("older.bonds", "line 2: expected 'id_i id_j deq', got 7 values; contact, apart or inside may stand before them"),
+        ("older.bonds", "line 2: expected 'id_i id_j deq', got 7 values; contact, apart, inside or joined may stand before them"),
         ("flowed.bonds", "sphere 1: it has flowed: use pair_style evp/lj with 'plasticity isotropic', as when the file was written"),
         ("pushed.bonds", "bond 1 2: it has flowed: use pair_style evp/lj with 'plasticity isotropic', as when the file was written"),
         ("broken.bonds", "bond 1 2: it has broken: use pair_style evp/lj with 'break' and 'plasticity none', as when the file was written"),
