@@ -69,7 +69,10 @@ WORDS = {
         ("overlap 0.3 0.4", "unknown keyword '0.4'"), ("unload elastic", "plasticity isotropic"), ("plasticity", "keyword plasticity needs a value"),
         ("plasticity plastic", "plasticity must be none"), ("plasticity isotropic", "contact literal"), ("break", "keyword break needs a value"),
         *((f"break {word}", "break must be none or a positive strain, at which bonds break for good: of a bond, or with plasticity the plastic strain") for word in ("0", "-1", "-0.0")),
-        ("break 5%", f"break {NUMBER} '5%'"), ("break None", f"break {NUMBER} 'None'")]),
+        ("break 5%", f"break {NUMBER} '5%'"), ("break None", f"break {NUMBER} 'None'"),
+        *((f"plasticity isotropic update {word}", "Pair style evp/lj: update must be an integer from 1 to 1e9 (steps between two updates of plastic strains") for word in ("0", "-10", "2.5")),
+        ("plasticity isotropic update ten", f"update {NUMBER} 'ten'"), ("update", "keyword update needs a value"),
+        *((f"{words} 40", "'update 40' needs 'plasticity isotropic', without which there are no plastic strains") for words in ("update", "break 0.1 update"))]),
     "pair_coeff {}": ("coeff", [
         ("* *", "Pair evp/lj: expected 9 values, got 0 (a row has e1 m1"), ("* * 80", "Pair evp/lj: expected 9 values, got 1 (a row has e1 m1"),
         (ROW, "Pair evp/lj: expected 9 values, got 7 (a row has e1 m1 n1 e2 m2 n2 xi_s gamma alpha)"), ("0 1 " + ROW, "Invalid range string: 0"),
@@ -481,7 +484,7 @@ def test_damaged_restart_files(saved, tmp_path):
 def sections(content):
     """(from, to, message) of what is ours in a restart file of one type: settings of the pair style, its row, the fixes, what these have of an atom."""
     settings = after(content, b"evp/lj")
-    row = settings + 8 * (9 + 1 + 1)  # numbers, the ID of the fix, the seal
+    row = settings + 8 * (10 + 1 + 1)  # numbers, the ID of the fix, the seal
     found = [(settings, row, SETTINGS_DAMAGED), (row, row + 91 * 8, "Pair evp/lj: the restart file is damaged in the coefficients of types 1 and 1")]
     atom = at_record(content) - 8
     for style, of_fix, of_atom in ((b"evp/bonds", FIX_DAMAGED, ATOM_DAMAGED), (b"evp/heat", HEAT_DAMAGED, WARMTH_DAMAGED)):
