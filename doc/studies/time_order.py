@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Order of accuracy in dt of fix nve and fix nve/evp, with and without damping.
+"""Order of accuracy in dt of fix nve and fix nve/evp, with and without damping; what the steps between two updates of plastic strains and limits change.
 
 Initial velocities stretch an FCC bar within the first regime. It runs for a fixed time with dt, dt/2, dt/4 ... Differences of velocities
-and positions between successive dt decrease as dt to the power of the order.
+and positions between successive dt decrease as dt to the power of the order. The updates are those of limits.py.
 """
 
 import pathlib
@@ -11,6 +11,7 @@ import tempfile
 from typing import NamedTuple
 
 from study import Study, deck_command, output_of
+import limits
 import numpy as np
 
 TIME = 4.0e-5  # [s] about half a period of the bar
@@ -75,7 +76,12 @@ def main(words=None):
                 rows.append((f"fix {way.style}", f"{way.gamma:g}", f"{TIME / way.steps / 2**k:.3g}", f"{velocity:.2e}",
                              *(f"{one:.2f}" if k else "" for one in order[k - 1, ::-1])))
         ends = {key: " to ".join(dict.fromkeys((f"{min(found):.2f}", f"{max(found):.2f}"))) for key, found in orders.items()}
-        study.write(time=TIME, atoms=atoms, table=(HEADER, rows), undamped=ends["nve", False], explicit=ends["nve", True], implicit=ends["nve/evp", True])
+        plan = [(case, update, fraction) for case in limits.CASES for fraction in limits.FRACTIONS for update in limits.UPDATES]
+        steps = study.each(plan, lambda one: f"{one[0].name}, update {one[1]}, dt {one[2]:g}", lambda one: 1.0 / one[2])
+        found = {one: limits.measure(*one, study.runs) for one in steps}
+        (table, changes), cost = limits.changes(found), limits.costs(study.runs)
+        study.write(time=TIME, atoms=atoms, table=(HEADER, rows), undamped=ends["nve", False], explicit=ends["nve", True], implicit=ends["nve/evp", True],
+                    limits=table, most_10=changes[10][0], usual_10=changes[10][1], most_40=changes[40][0], usual_40=changes[40][1], cost_1=cost[1], cost_40=cost[40])
 
 
 if __name__ == "__main__":

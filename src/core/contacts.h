@@ -37,6 +37,10 @@ struct Span {
   double deq, cutoff;
 };
 
+/// Steps between two updates of plastic strains and limits, unless given: of explicit ones. Those of fix nve/evp are longer,
+/// and each is followed by an update.
+constexpr int UPDATE_EVERY = 10;
+
 /// The settings of the pair style that hold for all pairs: what bonds do beyond their law, and what pairs do that are
 /// no bonds.
 struct PairRules {
@@ -47,9 +51,12 @@ struct PairRules {
   /// their spheres has reached this; 0: never.
   double break_strain = 0.0;
   JoinRule join = {1.2, false};    ///< used with contact join
+  int update = 0;    ///< steps between two updates of plastic strains and limits; 0: not given
 
   bool joins() const { return contact == Contact::JOIN; }
   bool breaks() const { return break_strain > 0.0; }
+
+  int update_every(bool implicit) const { return update ? update : implicit ? 1 : UPDATE_EVERY; }
 
   /// Do bonds flow, or end?
   bool has_history() const { return plastic || breaks(); }

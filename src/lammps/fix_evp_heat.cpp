@@ -3,6 +3,7 @@
 #include "fix_evp_heat.h"
 
 #include "collective.h"
+#include "core/seal.h"
 #include "core/stiffness_matrix.h"
 #include "scene.h"
 #include "user_input.h"
@@ -20,7 +21,7 @@
 using namespace LAMMPS_NS;
 using namespace EVP;
 
-static constexpr double RESTART_FORMAT = 2007;    // first word of our section in restart files
+static constexpr double RESTART_FORMAT = 2008;    // first word of our section in restart files
 static constexpr double RATE_STEPS = 100.0;       // over which strain rates are smoothed
 static constexpr int MOST_UNSEEN = 50;            // times that heat is handed out near the limit
 
@@ -627,22 +628,20 @@ void FixEVPHeat::write_restart(FILE *fp)
   if (Fix *const bonds = scene::find_fix(modify, "evp/bonds"))
     bonds->pre_exchange();    // what pairs have dissipated so far
   const auto all = all_accounts();
-  double words[3 + NACCOUNTS] = {RESTART_FORMAT, elapsed, since_limits};
-  std::copy(all.begin(), all.end(), words + 3);
-  const int size = sizeof(words);
+  std::vector<double> words = {RESTART_FORMAT, elapsed, since_limits};
+  words.insert(words.end(), all.begin(), all.end());
+  seal(words);
+  const int size = (int) (words.size() * sizeof(double));
   if (comm->me == 0) {
     fwrite(&size, sizeof(int), 1, fp);
-    fwrite(words, size, 1, fp);
+    fwrite(words.data(), size, 1, fp);
   }
 }
 
 void FixEVPHeat::restart(char *buf)
 {
   const auto *words = reinterpret_cast<const double *>(buf);
-  const bool are_numbers = std::all_of(words, words + 3 + NACCOUNTS, [](double word) {
-    return std::isfinite(word);
-  });
-  if (words[0] != RESTART_FORMAT || !are_numbers)
+  if (words[0] != RESTART_FORMAT || !is_sealed(words, 3 + NACCOUNTS + 1))
     error->all(FLERR,
                "{}: its section of the restart file is damaged, or from a version of this package "
                "that wrote another format: use an older restart file, or that version",
@@ -659,13 +658,14 @@ int FixEVPHeat::pack_restart(int i, double *buf)
   const std::array words = {
       (double) RESTART_WORDS, own.waiting, own.latent, own.factor, own.strain, own.rate, own.out};
   std::copy(words.begin(), words.end(), buf);
+  buf[words.size()] = seal_of(buf, words.size());
   return RESTART_WORDS;
 }
 
 void FixEVPHeat::unpack_restart(int nlocal, int nth)
 {
   const double *record = scene::find_restored(atom, nlocal, nth);
-  if (!record || record[0] != RESTART_WORDS)
+  if (!record || record[0] != RESTART_WORDS || !is_sealed(record, RESTART_WORDS))
     error->one(FLERR,
                "{}: the heat of atom {} in the restart file is damaged, or the atom is not from "
                "that file: define the fix right after read_restart",

@@ -88,7 +88,7 @@ class FixEVPHeat :
   double take_damping_time() override { return std::exchange(damping_time, 0.0); }
 
  private:
-  static constexpr int RESTART_WORDS = 7;
+  static constexpr int RESTART_WORDS = 8;    // their number, the record, a seal
   enum Account { OF_WORK, OF_OTHERS, OUT, WAITING, STORED, NACCOUNTS };
 
   /// A pair style that tells of its friction, and where it keeps what its pairs remember: nullptr where they do not.

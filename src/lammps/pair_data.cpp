@@ -266,6 +266,7 @@ void PairData::report()
                         : rules.joins() && rules.join.all ? "repel each other, or join"
                                                           : "only repel each other, elastically");
   if (rules.plastic) line += ", plasticity isotropic";
+  if (rules.update) line += fmt::format(", limits updated every {} steps", rules.update);
   if (rules.breaks())
     line += rules.plastic
         ? fmt::format(", bonds break at a plastic strain of {}", rules.break_strain)

@@ -24,9 +24,9 @@ using namespace LAMMPS_NS;
 using namespace EVP;
 using scene::rows;
 
-static constexpr double RESTART_FORMAT = 2011;    // first word of our section in restart files
+static constexpr double RESTART_FORMAT = 2012;    // first word of our section in restart files
 static constexpr double LONGEST_ID = 1000;
-static constexpr size_t SETTINGS = 9;    // words of it in front of the ID of the fix that recorded
+static constexpr size_t SETTINGS = 10;    // words of it in front of the ID of the fix that recorded
 
 static size_t words_of_text(size_t length)
 {
@@ -95,7 +95,7 @@ void PairEVPLJ::allocate()
 }
 
 // pair_style evp/lj [contact literal|repulsive|none|join [BETA] [all]] [overlap 0.3] [plasticity none|isotropic]
-//   [break none|XI]
+//   [break none|XI] [update N]
 void PairEVPLJ::settings(int narg, char **arg)
 {
   for (int k = 0; k < narg; k += 2)
@@ -124,7 +124,7 @@ void PairEVPLJ::settings(int narg, char **arg)
   }
   for_each_keyword(
       error, "Pair style evp/lj", (int) words.size(), words.data(),
-      {"contact", "overlap", "plasticity", "break"}, " and ", [&](const Keyword &word) {
+      {"contact", "overlap", "plasticity", "break", "update"}, " and ", [&](const Keyword &word) {
         if (word.is("contact")) {
           const auto *found = std::find(std::begin(CONTACTS), std::end(CONTACTS), word.value);
           if (found == std::end(CONTACTS))
@@ -145,6 +145,12 @@ void PairEVPLJ::settings(int narg, char **arg)
               chosen.break_strain > 0.0 && std::isfinite(chosen.break_strain),
               "must be none or a positive strain, at which bonds break for good: of a bond, "
               "or with plasticity the plastic strain of its spheres");
+        } else if (word.is("update")) {
+          const double steps = word.number();
+          word.demand(steps >= 1.0 && steps <= 1.0e9 && steps == std::floor(steps),
+                      "must be an integer from 1 to 1e9 (steps between two updates of plastic "
+                      "strains and elastic limits)");
+          chosen.update = (int) steps;
         } else {
           chosen.overlap = word.number();
           word.demand(
@@ -160,6 +166,11 @@ void PairEVPLJ::settings(int narg, char **arg)
     error->all(FLERR,
                "Pair style evp/lj: 'contact join' needs 'plasticity isotropic': add it, or use "
                "another contact");
+  if (chosen.update && !chosen.plastic)
+    error->all(FLERR,
+               "Pair style evp/lj: 'update {}' needs 'plasticity isotropic', without which there "
+               "are no plastic strains: add it, or leave 'update' out",
+               chosen.update);
   pair_data.rules = chosen;
   pair_data.repack();
   offer_pair_values();
@@ -408,10 +419,11 @@ void PairEVPLJ::write_restart_settings(FILE *fp)
   pair_data.source.update();
   const PairRules &rules = pair_data.rules;
   const std::string &recorder = pair_data.source.recorder;
-  std::vector<double> words = {
-      RESTART_FORMAT,         ROW_WORDS,          (double) rules.contact, rules.overlap,
-      (double) rules.plastic, rules.break_strain, rules.join.within,      (double) recorder.size(),
-      (double) rules.join.all};
+  std::vector<double> words = {RESTART_FORMAT,          ROW_WORDS,
+                               (double) rules.contact,  rules.overlap,
+                               (double) rules.plastic,  rules.break_strain,
+                               rules.join.within,       (double) recorder.size(),
+                               (double) rules.join.all, (double) rules.update};
   words.resize(SETTINGS + words_of_text(recorder.size()), 0.0);
   memcpy(&words[SETTINGS], recorder.data(), recorder.size());
   seal(words);
@@ -428,8 +440,8 @@ void PairEVPLJ::read_restart_settings(FILE *fp)
   const auto length = (size_t) words[7];
   read_together(fp, words, words_of_text(length) + 1);
   if (!is_sealed(words.data(), words.size())) stop_at_damage("settings");
-  pair_data.rules = {
-      (Contact) (int) words[2], words[3], words[4] != 0.0, words[5], {words[6], words[8] != 0.0}};
+  pair_data.rules = {(Contact) (int) words[2],    words[3],      words[4] != 0.0, words[5],
+                     {words[6], words[8] != 0.0}, (int) words[9]};
   pair_data.source.recorder.assign((const char *) &words[SETTINGS], length);
   offer_pair_values();
 }

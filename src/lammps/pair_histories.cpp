@@ -16,8 +16,6 @@
 
 namespace EVP {
 
-static constexpr int EVERY = 10;    // steps, of explicit ones: those of fix nve/evp are longer
-
 void PairHistories::begin_run(BondStore *records_in, PerAtomComm *exchange_in, bool keeps_events_in)
 {
   keeps_events = keeps_events_in;
@@ -32,7 +30,7 @@ void PairHistories::begin_run(BondStore *records_in, PerAtomComm *exchange_in, b
   ends.strains = nullptr;
   begins.within = rules.join.within * rules.join.within;
   begins.apart = APART * APART * begins.within;
-  every = scene::find_fix(modify, "nve/evp") ? 1 : EVERY;
+  every = rules.update_every(scene::find_fix(modify, "nve/evp") != nullptr);
 }
 
 // Collective. Have temperatures, strain rates or plastic strains become others between runs?

@@ -6,6 +6,7 @@
 
 #include "domain.h"
 #include "neigh_list.h"
+#include "neighbor.h"
 
 #include <algorithm>
 #include <cmath>
@@ -105,6 +106,7 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
   const double inside = APART * rules.join.within;
   const bool join_all = rules.join.all;
   const bool notes_joined = lists.bonds.joins;
+  const double skin = neighbor->skin;
   std::vector<char> &join = lists.contacts.join, &has_joined = lists.bonds.join;
   Room bonds(lists.bonds), contacts(lists.contacts);
 
@@ -140,6 +142,7 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
     } else {
       const Remembered *const kept = may_remember ? input.bonds->find_remembered(i, view.tag[j])
                                                   : nullptr;
+      if (!kept && stays_beyond(dsq, dlim, skin)) continue;
       const bool apart = kept && kept->kind == Remembered::APART;
       const bool divided = may_divide && !apart && in_different_bodies(atom, input.within, i, j);
       if (divided) law = input.coefficients->between_bodies(law);

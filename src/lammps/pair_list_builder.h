@@ -21,6 +21,16 @@ inline void demand_room(PairList &list, size_t n, Error *error)
                PairList::MOST);
 }
 
+/// Of a pair of a neighbor list: is it far beyond this distance until the next list? LAMMPS has one cutoff for two types, by the
+/// largest radii. Both particles are within half a skin from where they were at the build, now and later. Pairs not that
+/// far cost little, and without them the sums over similar spheres would be rounded otherwise.
+inline bool stays_beyond(double dsq, double distance, double skin)
+{
+  constexpr double FAR_BEYOND = 1.25;
+  const double edge = FAR_BEYOND * distance + 2.0 * skin;
+  return dsq > edge * edge;
+}
+
 /// Packs the pairs of a neighbor list: from (i, j) to deq of the record, cutoff and law.
 class PairListBuilder : protected Pointers {
  public:

@@ -73,6 +73,7 @@ void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, BondStore 
   PairList &bonds = lists.bonds;
   bonds.inv_dlim.resize(bonds.size());
   for (Others &some : others) some.all.clear(BOND_MARGIN, Flow::FORGETS);
+  const auto x = scene::rows(atom->x);
   std::vector<int> bonded_to(lists.nall, -1);    // the last particle that has a bond with this one
   auto row = bonds.rows.begin();                 // these are in the order of the neighbor list
   for (int ii = 0; ii < neighbors->inum; ii++) {
@@ -97,7 +98,8 @@ void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, BondStore 
       if (bonded_to[j] == i || scene::is_excluded(lmp->force, neighbors->firstneigh[i][jj]))
         continue;
       const double end = dlim(i, j, false);
-      if (end > 0.0) lists.unbonded.set(lists.unbonded.size() + n++, j, end, end);
+      if (end > 0.0 && !stays_beyond(PairGeometry(x, i, j).dsq, end, lmp->neighbor->skin))
+        lists.unbonded.set(lists.unbonded.size() + n++, j, end, end);
     }
     lists.unbonded.add_row(i, n);
   }

@@ -69,7 +69,10 @@ WORDS = {
         ("overlap 0.3 0.4", "unknown keyword '0.4'"), ("unload elastic", "plasticity isotropic"), ("plasticity", "keyword plasticity needs a value"),
         ("plasticity plastic", "plasticity must be none"), ("plasticity isotropic", "contact literal"), ("break", "keyword break needs a value"),
         *((f"break {word}", "break must be none or a positive strain, at which bonds break for good: of a bond, or with plasticity the plastic strain") for word in ("0", "-1", "-0.0")),
-        ("break 5%", f"break {NUMBER} '5%'"), ("break None", f"break {NUMBER} 'None'")]),
+        ("break 5%", f"break {NUMBER} '5%'"), ("break None", f"break {NUMBER} 'None'"),
+        *((f"plasticity isotropic update {word}", "Pair style evp/lj: update must be an integer from 1 to 1e9 (steps between two updates of plastic strains") for word in ("0", "-10", "2.5")),
+        ("plasticity isotropic update ten", f"update {NUMBER} 'ten'"), ("update", "keyword update needs a value"),
+        *((f"{words} 40", "'update 40' needs 'plasticity isotropic', without which there are no plastic strains") for words in ("update", "break 0.1 update"))]),
     "pair_coeff {}": ("coeff", [
         ("* *", "Pair evp/lj: expected 9 values, got 0 (a row has e1 m1"), ("* * 80", "Pair evp/lj: expected 9 values, got 1 (a row has e1 m1"),
         (ROW, "Pair evp/lj: expected 9 values, got 7 (a row has e1 m1 n1 e2 m2 n2 xi_s gamma alpha)"), ("0 1 " + ROW, "Invalid range string: 0"),
@@ -359,7 +362,8 @@ OF_DECKS = {
     "in.weld": [("press", 0.8, ABOVE + ">= 0 and < 0.7"), ("cut", "half", "must be yes or no")],
     "in.shear": [("rate", 0, ABOVE + "> 0")], "in.taylor": [("integrator", "verlet", WAYS)], "in.impact": [("friction", "on", "must be off or a number >= 0")],
     "in.sliding": [("normal", "jkr", "must be hooke or hertz")], "in.two_spheres": [("rows", 0, "must be an integer >= 1")],
-    "in.slab": [("layer", 0.5, ABOVE + "> 0 and < 0.5"), ("temperature_left", 300, ABOVE + ">= 0 and != 300")], "in.adiabatic": [("taylor", 2, ABOVE + ">= 0 and <= 1")],
+    "in.slab": [("layer", 0.5, ABOVE + "> 0 and < 0.5"), ("temperature_left", 300, ABOVE + "> 0 and != 300"), ("temperature_right", 0, ABOVE + "> 0")],
+    "in.adiabatic": [("temperature", 0, ABOVE + "> 0"), ("taylor", 2, ABOVE + ">= 0 and <= 1")],
     "in.specimen": [("shape", "cube", "must be cylinder or block or region or periodic or mesh")],
 }
 
@@ -428,14 +432,18 @@ SETTINGS_DAMAGED = "Pair evp/lj: the restart file is damaged in the settings, or
 PLASTIC, TEARING, FORGETFUL = (f"{style}\n{COEFF}{ROW}" for style in (FLOWS, STYLE + "break 0.02", STYLE))
 
 
+PROPERTY, HEAT = "fix properties all property/atom temperature heatflow ghost yes\n", "\nfix heat all evp/heat every 10\n"
+HEAT_DAMAGED, WARMTH_DAMAGED = "Fix heat evp/heat: its section of the restart file is damaged", "Fix heat evp/heat: the heat of atom 1 in the restart file is damaged"
+
+
 @pytest.fixture(scope="module")
 def saved(tmp_path_factory):
-    """{name: bytes of a restart file} of a body that is at rest, has flowed, or broken."""
-    found = {}
-    for name, style in (("plain", PARTS["style"]), ("flows", FLOWS), ("breaks", STYLE + "break 0.02")):
+    """{name: bytes of a restart file} of a body that is at rest, has flowed, or broken, or has flowed and warmed itself."""
+    found, warm = {}, {"coeff": f"{COEFF}{ROW} density 2700 capacity 900 soften 293 900 1", "fix": f"{PROPERTY}set group all temperature 300\n{PARTS['fix']}{HEAT}"}
+    for name, parts in (("plain", {}), ("flows", {"style": FLOWS}), ("breaks", {"style": STYLE + "break 0.02"}), ("warms", {"style": FLOWS, **warm})):
         folder = tmp_path_factory.mktemp(name)
-        moving = {} if name == "plain" else {"then": "velocity all ramp vx 0 300 x 0 0.02 units box\n", "run": "run 100"}
-        run_lammps(scene(style=style, after="write_restart s.restart", **moving), cwd=folder).ok()
+        moving = {} if name == "plain" else {"then": "velocity all ramp vx 0 300 x 0 0.02 units box\n", "run": "run 105"}
+        run_lammps(scene(after="write_restart s.restart", **parts, **moving), cwd=folder).ok()
         found[name] = (folder / "s.restart").read_bytes()
     return found
 
@@ -474,18 +482,23 @@ def test_damaged_restart_files(saved, tmp_path):
 
 
 def sections(content):
-    """(from, to, message) of what is ours in a restart file of one type: settings of the pair style, its row, fix evp/bonds, each atom."""
-    settings, fix = after(content, b"evp/lj"), after(content, b"evp/bonds")
-    row = settings + 8 * (9 + 1 + 1)  # numbers, the ID of the fix, the seal
+    """(from, to, message) of what is ours in a restart file of one type: settings of the pair style, its row, the fixes, what these have of an atom."""
+    settings = after(content, b"evp/lj")
+    row = settings + 8 * (10 + 1 + 1)  # numbers, the ID of the fix, the seal
+    found = [(settings, row, SETTINGS_DAMAGED), (row, row + 91 * 8, "Pair evp/lj: the restart file is damaged in the coefficients of types 1 and 1")]
     atom = at_record(content) - 8
-    return [(settings, row, SETTINGS_DAMAGED), (row, row + 91 * 8, "Pair evp/lj: the restart file is damaged in the coefficients of types 1 and 1"),
-            (fix + 4, fix + 4 + struct.unpack_from("<i", content, fix)[0], FIX_DAMAGED),
-            (atom, atom + 8 * int(struct.unpack_from("<d", content, atom)[0]), ATOM_DAMAGED)]
+    for style, of_fix, of_atom in ((b"evp/bonds", FIX_DAMAGED, ATOM_DAMAGED), (b"evp/heat", HEAT_DAMAGED, WARMTH_DAMAGED)):
+        if style + b"\0" in content:
+            fix, end = after(content, style), atom + 8 * int(struct.unpack_from("<d", content, atom)[0])
+            found += [(fix + 4, fix + 4 + struct.unpack_from("<i", content, fix)[0], of_fix), (atom, end, of_atom)]
+            atom = end
+    return found
 
 
-@pytest.mark.parametrize("name", ["plain", "flows", "breaks"])
+@pytest.mark.parametrize("name", ["plain", "flows", "breaks", "warms"])
 def test_each_damaged_number_of_a_restart_file(saved, tmp_path, name):
     """Bits, bytes and whole numbers, by chance: always one error, and the program goes on."""
+    again = CONTINUE.format("") if name != "warms" else CONTINUE.format(PROPERTY).replace(PARTS["fix"], PARTS["fix"] + HEAT)
     rng, content, cases = np.random.default_rng(2026), saved[name], []
     for start, end, text in sections(content):
         words = (end - start) // 8
@@ -498,10 +511,10 @@ def test_each_damaged_number_of_a_restart_file(saved, tmp_path, name):
                 cases.append((content[:word] + changed_word + content[word + 8:], text, (word - start) // 8))
     for number, (damaged_content, *_) in enumerate(cases):
         (tmp_path / f"{number}.restart").write_bytes(damaged_content)
-    program = f"for number in range({len(cases)}):\n    tell('clear', LOAD)\n    os.replace(f'{{number}}.restart', 'r.restart')\n    say('case', number, tell({CONTINUE.format('')!r}))\n"
+    program = f"for number in range({len(cases)}):\n    tell('clear', LOAD)\n    os.replace(f'{{number}}.restart', 'r.restart')\n    say('case', number, tell({again!r}))\n"
     run = run_program(program, tmp_path)
     lines = [line.split(maxsplit=2)[2] for line in run.stdout.splitlines() if line.startswith("case ")]
-    assert run.returncode == 0 and len(lines) == len(cases) > 80
+    assert run.returncode == 0 and len(lines) == len(cases) > (120 if name == "warms" else 80)
     wrong = [(text, word, line) for (_, text, word), line in zip(cases, lines) if text not in line]
     assert not wrong, wrong[:5]
 

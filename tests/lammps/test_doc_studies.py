@@ -11,6 +11,7 @@ import sys
 import bench
 import closed_form_loads
 import gallery
+import limits
 import matplotlib.image
 import notched_tension
 import numpy as np
@@ -19,6 +20,8 @@ import time_order
 from evp import curves, specimen
 from lammps_run import DECKS, REPOSITORY, packed, read_csv, read_dump, run_lammps
 from study import Runs
+
+DOC = REPOSITORY / "doc"
 
 # ---- the order of accuracy in dt that the pages of the integrators state ----
 
@@ -31,6 +34,20 @@ def test_damping_makes_time_integration_first_order(tmp_path, style, gamma, orde
     way = next(way for way in time_order.WAYS if way.style == style and way.gamma == gamma)
     differences, _ = time_order.measure(way._replace(steps=2 * way.steps), 2, tmp_path)
     assert np.log2(differences[0] / differences[1]) == pytest.approx([order, order], abs=ORDER)
+
+
+# ---- the steps between two updates of plastic strains and limits ----
+
+
+def test_plastic_strains_lag_by_half_of_the_strain_between_two_updates(tmp_path):
+    """A metal that hardens as p^0.25, just after yield: a stress of p - lag; twice the steps, twice the lag. The number of the page."""
+    case, runs = next(case for case in limits.CASES if (case.name, case.rate) == ("hardening, shear", 500.0))._replace(at=(0.01, 0.012)), Runs(tmp_path)
+    found = {update: limits.measure(case, update, 0.4, runs, "just_yielded") for update in (1, 5, 10)}
+    off = {update: limits.differences(found[update], found[1])[0] for update in (5, 10)}
+    printed = re.search(r"^\| hardening, shear \|.* 25\.0 MPa at 0\.01, .*?\| (\S+),", (DOC / "time_order.md").read_text(encoding="utf-8"), re.M)[1]
+    assert off[10] == pytest.approx(float(printed), abs=0.15)
+    lag = 10 * found[10].step / 2
+    assert off[10] == pytest.approx(-100.0 * 0.25 * lag / (0.01 - 0.001), rel=0.3) and off[5] == pytest.approx(0.5 * off[10], rel=0.3)
 
 
 # ---- torsion and bending of small bodies against closed forms ----

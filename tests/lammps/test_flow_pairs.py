@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from evp import law
 from oracle import metal
-from flowing import BONDS, MOVE, SHAKE, SPHERE, assert_flowed, flowing_pair, largest_difference, lead, read_pairs
+from flowing import BONDS, KV, MOVE, SHAKE, SPHERE, assert_flowed, flowing_pair, largest_difference, lead, read_pairs
 from flowing import ROW as FLOWING
 from lammps_run import read_csv, write_state
 from small_bodies import dump, energies, grips, head, mass_of, pair, thermo, turn_about, words, write_body, write_two
@@ -46,8 +46,9 @@ write_evp_bonds end.bonds
 """
 
 
-@pytest.mark.parametrize("e2, table, thin", [(0.3, None, None), (3.0, FALLING, None), (3.0, "own", None), (3.0, FALLING, SUM_RADII)])
-def test_a_pair_through_random_reversals(lmp, tmp_path, e2, table, thin):
+@pytest.mark.parametrize("e2, table, thin, update", [
+    (0.3, None, None, 10), (3.0, FALLING, None, 10), (3.0, "own", None, 10), (3.0, FALLING, SUM_RADII, 10), (0.3, None, None, 1), (3.0, FALLING, None, 7)])
+def test_a_pair_through_random_reversals(lmp, tmp_path, e2, table, thin, update):
     """300 of them (2000: tests/unit), each in one timestep, some without a change of the distance, some by a fifth of it, with limits that grow, that fall,
     of a pair of two types that holds by its own, and of one that thins."""
     row = ROW._replace(e2=e2)
@@ -61,10 +62,10 @@ def test_a_pair_through_random_reversals(lmp, tmp_path, e2, table, thin):
     if table == "own":
         start += " extra/atom/types 1\nset atom 2 type 2"
         coeffs, table = f"pair_coeff * * {words(row._replace(xi_s=0.002))}{flow_words(FALLING)}\npair_coeff 1 2 {words(row)} limit own\n", (0, 1)
-    style = f"pair_style evp/lj contact none plasticity isotropic\n{coeffs}fix bonds all evp/bonds\n"
+    style = f"pair_style evp/lj contact none plasticity isotropic{f' update {update}' if update != 10 else ''}\n{coeffs}fix bonds all evp/bonds\n"
     lmp(head("off", start=start, skin=0.006) + style + LED, 2).ok()
     found = read_csv(tmp_path / "way.csv")
-    led = lead(found["d"], DEQ, row, table, thin=thin)
+    led = lead(found["d"], DEQ, row, table, thin=thin, every=update)
     fell = np.any(np.diff(led.limit) < 0.0)
     assert len(found["d"]) == 300 and np.ptp(led.deq) > 0.02 * DEQ and (table == (0, 1) or np.ptp(led.limit) > ROW.xi_s) and fell == (table == FALLING), "control"
     assert np.abs(found["deq"] / led.deq - 1.0).max() < 1e-12
@@ -85,20 +86,21 @@ SOFTENS = (0, 1, 0.1, 2, 0.3, 0.5)
 TABLES = {1: None, 2: SOFTENS}
 
 
-@pytest.mark.parametrize("contact, broken, newton, ranks, thins", [
-    ("none", None, "off", 2, False), ("repulsive", 0.3, "on", 1, True), ("join 1.2", 0.3, "off", 2, True), ("join 1.35", None, "on", 1, False)])
-def test_a_body_of_two_types(lmp, tmp_path, small, contact, broken, newton, ranks, thins):
+@pytest.mark.parametrize("contact, broken, newton, ranks, thins, update", [
+    ("none", None, "off", 2, False, 10), ("repulsive", 0.3, "on", 1, True, 10), ("join 1.2", 0.3, "off", 2, True, 10), ("join 1.35", None, "on", 1, False, 10),
+    ("repulsive", 0.3, "on", 3, True, 40), ("join 1.2", 0.3, "off", 1, True, 4)])
+def test_a_body_of_two_types(lmp, tmp_path, small, contact, broken, newton, ranks, thins, update):
     """Its motion, deq and energies, and p and work of its spheres, as tests/oracle/metal.py has them after 200 steps: with limits by the types of the
     spheres, one that hardens and one that softens, bonds that end, and those of one type that thin."""
     coeffs = f"pair_coeff 1 1 {words(FLOWING)}{THIN if thins else ''}\npair_coeff 2 2 {words(WEAK)}{flow_words(SOFTENS)}\npair_coeff 1 2 {words(SOFT)}\n"
-    style = f"pair_style evp/lj contact {contact} plasticity isotropic break {broken or 'none'}\n{coeffs}{BONDS}\n"
+    style = f"pair_style evp/lj contact {contact} plasticity isotropic break {broken or 'none'}{f' update {update}' if update != 10 else ''}\n{coeffs}{BONDS}\n"
     text = head(newton) + style + SHAKE + "fix energy all evp/energy\nfix move all nve\ntimestep 3e-7\nthermo 200\n" + thermo("ke f_energy f_energy[*]")
     text += dump(every=200) + "run 200\nwrite_evp_bonds end.bonds\n"
     run = lmp(text, ranks).ok()
     first, last = run.dump("all.dump")
     bonds = {key: deq for key, deq in small.bonds.items() if deq <= 1.1 * sum(small.radius[k - 1] for k in key)}
     body = metal.Metal(first.x, first.v, small.radius, mass_of(small.radius), ROWS, bonds, 3e-7, TABLES, small.types, contact.split()[0],
-                       failure=broken, join=float((contact + " 1.2").split()[1]), thins=[(1, 1)] if thins else []).run(200)
+                       failure=broken, every=update, join=float((contact + " 1.2").split()[1]), thins=[(1, 1)] if thins else []).run(200)
     found, pairs = energies(run.thermo()), read_pairs(tmp_path / "end.bonds")
     assert np.abs(last.x - body.x).max() < 1e-10 and np.abs(last.v - body.v).max() < 1e-8 * np.abs(body.v).max()
     for own, wanted in ((pairs.bonds, body.records()), (pairs.contacts, body.records(bonds=False))):
@@ -256,6 +258,32 @@ def test_a_run_in_parts_is_the_same(lmp, tmp_path, bar, contact):
     # each part builds neighbor lists, in which the pairs of an atom stand in another order
     assert largest_difference(*(read_pairs(tmp_path / f"{name}.bonds") for name in ("parts", "whole"))) < 1e-10
     assert parts.thermo()["KinEng"][-1] == pytest.approx(whole["KinEng"][-1], rel=1e-11)
+
+
+@pytest.mark.parametrize("style, gamma, default, others", [("nve", 0.0, 10, (1, 40)), ("nve/evp", 30.0, 1, (10,))])
+def test_steps_between_two_updates(lmp, lmp_decks, tmp_path, small, style, gamma, default, others):
+    """As many as ever unless they are given, to the last bit. With other numbers the body moves otherwise, in the same way on any number of MPI ranks and after a
+    restart between two updates, which keeps the number."""
+    move = MOVE.replace("all nve", f"all {style}")
+
+    def deck(update, newton="on"):
+        words_of_style = flowing_pair(row=FLOWING._replace(gamma=gamma)).replace(" break ", f"{update} break ", 1)
+        return head(newton) + words_of_style + SHAKE + move + "run 95\nwrite_restart half.restart\nrun 105\nwrite_evp_bonds end.bonds\n"
+
+    runs = lmp_decks({given: deck(f" update {given}" if given else "") for given in (0, default, *others)})
+    table = {given: run.thermo() for given, run in runs.items()}
+    assert all(np.array_equal(values, table[default][column]) for column, values in table[0].items())
+    assert "updated" not in runs[0].stdout and f"plasticity isotropic, limits updated every {default} steps, bonds" in runs[default].stdout
+    for given in others:
+        assert abs(table[given]["c_flow[1]"][-1] / table[default]["c_flow[1]"][-1] - 1.0) > 1e-5, given
+        end = read_pairs(runs[given].folder / "end.bonds")
+        assert end.ended > 3 and sum(value > 0.0 for value in end.column("torn").values()) > 3, "control"
+        for ranks, newton in ((2, "off"), (3, "on")):
+            lmp(deck(f" update {given}", newton), ranks).ok()
+            assert largest_difference(read_pairs(tmp_path / "end.bonds"), end) < 1e-8, (given, ranks)
+            again = head(newton, start="read_restart half.restart") + f"{BONDS}\nfix volume all evp/volume {KV}\n" + move + "run 105\nwrite_evp_bonds again.bonds\n"
+            assert f"limits updated every {given} steps" in lmp(again, ranks - 1).ok().stdout
+            assert largest_difference(read_pairs(tmp_path / "again.bonds"), end) < 1e-7, (given, ranks)
 
 
 # ---- below yield

@@ -4,7 +4,9 @@
 import numpy as np
 import pytest
 from evp import law
+from flowing import BONDS, SHAKE
 from hostile import refused
+from lammps_run import write_data
 from small_bodies import (ANOTHER_ORDER, MOVE, ROUND_OFF, STIR, assert_same_curve, check_forces, dump, head, pair, record, thermo, truth, words, write_body)
 
 # a step as good as none: the velocities of the dump are those that the damping saw
@@ -150,6 +152,35 @@ thermo 1
     assert "Neighbor list builds = 0" in run.stdout
     assert np.allclose(table["PotEng"], table["c_sum"], rtol=10.0 * ROUND_OFF, atol=0.0), "compute() = single()"
     assert np.ptp(table["PotEng"]) > 1e-3 * np.abs(table["PotEng"]).max(), "control: the radii matter"
+
+
+def beside_large_ones(types):
+    """Spheres of 10 mm on a disordered lattice with two of 40 mm in it."""
+    rng, grid = np.random.default_rng(3), np.stack(np.meshgrid(*[np.arange(n) for n in (12, 6, 6)], indexing="ij"), axis=-1).reshape(-1, 3)
+    corners = np.array([[1, 1, 1], [7, 1, 1]])
+    small = grid[~np.any([np.all((grid >= corner) & (grid < corner + 4), axis=1) for corner in corners], axis=0)]
+    x = 0.01 * np.concatenate([small + 0.5 + rng.uniform(-0.08, 0.08, small.shape), corners + 2.0])
+    radius = np.repeat([0.005, 0.02], [len(small), 2])
+    return x, radius, [[-0.05, 0.17], [-0.05, 0.11], [-0.05, 0.11]], np.where(radius > 0.01, types, 1)
+
+
+@pytest.mark.parametrize("ranks, newton, style", [(1, "on", "join plasticity isotropic"), (2, "off", "repulsive plasticity isotropic break 0.2"), (3, "on", "literal")])
+def test_radii_of_one_type_that_differ_by_four(lmp, tmp_path, ranks, newton, style):
+    """LAMMPS has one cutoff for two types, by the largest radii: the body moves as one whose large spheres are a type of their own, in as much memory."""
+    found, megabytes = {}, {}
+    for types in (2, 1):
+        x, radius, box, type_of = beside_large_ones(types)
+        write_data(tmp_path / "body.data", x, radius, box, type_of)
+        text = head(newton, start="read_data body.data" + (" extra/atom/types 1" if types == 1 else ""), skin=0.0007) + pair(law.TABLE1, style, BONDS)
+        text += SHAKE + "fix move all nve\ntimestep 3e-7\nthermo 50\n" + thermo("pe ke nbuild f_bonds[3] f_bonds[4] f_bonds[5]") + dump(every=150) + "run 150\n"
+        run = lmp(text, ranks).ok()
+        found[types] = run.thermo(), run.dump("all.dump")[-1]
+        megabytes[types] = float(run.stdout.split("memory allocation (min/avg/max) = ")[1].split("|")[2].split()[0])
+    (table, end), (other, other_end) = found[2], found[1]
+    assert table["Nbuild"][-1] > 3 and table["f_bonds[3]"].max() > 5, "control: contacts come and go"
+    assert_same_curve(table, {name: values for name, values in other.items() if name != "Nbuild"})
+    assert np.abs(end.v - other_end.v).max() < ANOTHER_ORDER * np.abs(end.v).max()
+    assert megabytes[1] < 1.05 * megabytes[2]
 
 
 def test_plugin_unload(lmp, bar):

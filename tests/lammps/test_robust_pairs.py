@@ -111,6 +111,21 @@ def test_head_on_impact(bench, speed):
 # ---- one pair ----
 
 
+def test_small_spheres_beside_a_large_one(bench):
+    """Two small spheres meet head on, within one neighbor list, from outside of all cutoffs but that of a large sphere of their type: they leave as fast as they came,
+    to the last digit of a run without the large one."""
+    ends = {}
+    for large in (True, False):
+        x = np.array([[-0.01, 0, 0], [0.01, 0, 0], [0, 0.2, 0]])[: 2 + large]
+        write_data(bench.folder / "body.data", x, np.array([RADIUS, RADIUS, 4 * RADIUS])[: 2 + large], [[-0.3, 0.3]] * 3)
+        text = head(skin=0.012) + pair(TABLE1, "repulsive") + two_groups(10.0, -10.0) + "fix move all nve\ntimestep 2e-7\nthermo 5000\n"
+        run = bench.run(text + thermo("ke nbuild f_bonds") + dump(every=5000) + "run 5000\n").ok()
+        table, ends[large] = run.thermo(), run.dump("all.dump")[-1].v[:2]
+        assert table["f_bonds"][-1] == 0 and table["Nbuild"][-1] == 0, "control: they meet before a new list"
+    assert ends[True][:, 0] == pytest.approx([-10.0, 10.0], rel=SECOND_ORDER) and np.array_equal(ends[True], ends[False])
+    bench.show(f"speed after it over that before: 1 {ends[True][1, 0] / 10.0 - 1.0:+.1e}")
+
+
 def work_of_movers(bench, row, to, n=8000, deq=DEQ):
     """Both spheres moved from deq to `to`; the table of ten rows."""
     write_two(bench.folder / "body.data", deq)

@@ -56,6 +56,8 @@ FAULTS = {
                            "core/powers.h", "return f(FixedPowers<2, 1>{})", "return f(FixedPowers<4, 2>{})"),
     "FIRST_POWERS": Fault("powers of the first regime in both regimes", ["exponents: 8 4", "exponents: 13.5", "exponents: 24"],
                           "core/law.h", "(at.is_first ? first : second).powers(s)", "first.powers(s)"),
+    "FAR_AT_ONCE": Fault("pairs beyond their cutoffs are left out of a list within which they meet", ["small spheres beside a large one"],
+                         "lammps/pair_list_builder.h", "+ 2.0 * skin", "+ 0.0 * skin"),
     "DLIM_LONG": Fault("dlim larger by a tenth", ["range alpha"],
                        "lammps/pair_list_builder.cpp", "dlim = row.alpha", "dlim = 1.1 * row.alpha"),
     "NONZERO_AT_DLIM": Fault("energy not zero at dlim", ["all pairs at dlim"],

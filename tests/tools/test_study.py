@@ -11,6 +11,7 @@ import cost
 import first_look
 import inputs
 import large_strain
+import limits
 import loads
 import matplotlib.image
 import metals
@@ -102,6 +103,27 @@ def test_the_largest_difference_has_its_strain():
     assert large_strain.numbers(found, large_strain.FAR)["largest difference [%]"] == "-55 at 3.05"
     found["shear_stress"][300:310], found["shear_stress"][:6] = found["shear_stress"][310], 0.0
     assert large_strain.numbers(found, large_strain.FAR)["largest difference [%]"].startswith("-1")
+
+
+# ---- limits ----
+
+
+def test_what_updates_change_of_known_runs():
+    """Those with update 10 and 40 are off by 1 and 4 % at the first of two strains, the bar is a tenth shorter with 40."""
+    shear, bar = limits.CASES[1], limits.CASES[3]
+    found = {(shear, update, 0.4): limits.Found((20.0 * factor, 30.0), 1e-4, 2e-4, 1.0, 100) for update, factor in ((1, 1.0), (10, 0.99), (40, 0.96))}
+    found.update({(bar, update, 0.2): limits.Found((20.0 if update < 40 else 18.0,), 0.0, 1e-3, 1.0, 100) for update in limits.UPDATES})
+    (header, rows), largest = limits.changes(found)
+    assert len(header) == len(rows[0]) and rows == [
+        (shear.name, "aluminium_1100O", "500", "0.4", "1.0e-03", "20.0 MPa at 0.01, 30.0 MPa at 0.1", "-1.00, +0.00", "-4.00, +0.00", "0.020, 0.020, 0.020"),
+        (bar.name, "copper_taylor", "", "0.2", "", "20.00 mm long", "+0.00", "-10.00", "0.100, 0.100, 0.100")]
+    assert largest == {10: ("1.0", "0.0"), 40: ("10.0", "4.0")}
+
+
+def test_rows_of_the_updates_are_shipped():
+    """Whole, and with what is added."""
+    rows = [limits.coefficients(case.row, case.more) for case in limits.CASES]
+    assert all(len(row.split()) > 20 and row.split()[1:3] == ["8", "4"] for row in rows) and rows[-1].endswith(" rate 0.014 1")
 
 
 # ---- metals ----
