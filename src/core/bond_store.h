@@ -92,8 +92,7 @@ struct VolumeReference {
   enum Torn {
     BROKEN = 1,    ///< bonds have broken here: its new pairs do not pull on it
     OPEN =
-        2,    ///< it was torn open, beyond cavitation where bonds flow: its new pairs do not pull, on either atom
-    BEYOND = 4    ///< beyond cavitation in the last step
+        2    ///< torn open, beyond cavitation where bonds flow: its new pairs do not pull, on either atom
   };
   bool is_torn() const { return ((int) torn & (BROKEN | OPEN)) != 0; }
   bool is(Torn bit) const { return ((int) torn & bit) != 0; }
@@ -107,6 +106,7 @@ struct VolumeRecord {
   /// Counts the times that references were taken, of this one from 1; 0 without. A bond counts for a sphere if its partner
   /// was there at that time: one that comes later changes nothing of it.
   double batch = 0.0;
+  double strain = 0.0;    ///< by the last forces, with plasticity
 
   bool is_known() const { return batch > 0.0; }
 };

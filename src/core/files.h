@@ -194,7 +194,7 @@ inline Row row_from_text(const std::string &text, const std::string &file, const
 
 // The text file of recorded bonds: one header line, then `id_i id_j deq` a line. Where bonds flow or end there may follow
 // lines `contact id_i id_j deq`, `apart ...` and `inside ...` of pairs that are no bonds but remember (see Remembered), and
-// `sphere id p work slip bonds recorded rho0 G gap torn lost batch [given]` of what spheres keep (see Sphere and VolumeRecord),
+// `sphere id p work slip bonds recorded rho0 G gap torn lost batch strain [given]` of what spheres keep (see Sphere and VolumeRecord),
 // and of a plastic strain that waits. A bond that began with the volume energy is a line `joined id_i id_j deq`.
 //
 //     # EVP bonds COUNT: 2975 UNITS: si
@@ -228,7 +228,7 @@ struct BondLine {
 
 /// What a sphere keeps, for fix evp/bonds and for fix evp/volume.
 struct SphereLine {
-  enum { P, WORK, SLIP, BONDS, RECORDED, RHO, SLOPE, GAP, TORN, LOST, BATCH, NVALUES };
+  enum { P, WORK, SLIP, BONDS, RECORDED, RHO, SLOPE, GAP, TORN, LOST, BATCH, STRAIN, NVALUES };
   int64_t id;
   double values[NVALUES];
   double given = BondStore::NOT_GIVEN;    ///< a plastic strain that waits
@@ -395,16 +395,17 @@ class BondReader {
     constexpr size_t WORDS = 2 + SphereLine::NVALUES;
     if (words.size() != WORDS && words.size() != WORDS + 1)
       throw BadInput(
-          "expected 'sphere id p work slip bonds recorded rho0 G gap torn lost batch', and "
+          "expected 'sphere id p work slip bonds recorded rho0 G gap torn lost batch strain', and "
           "maybe a plastic strain that was given, got " +
           std::to_string(words.size()) + " words");
     SphereLine sphere = {parse_whole("id", words[1], 1), {}};
     for (int k = 0; k < SphereLine::NVALUES; k++) {
       sphere.values[k] = parse_number("a value of a sphere", words[2 + k]);
       if (!(sphere.values[k] >= 0.0) && k != SphereLine::RHO && k != SphereLine::GAP &&
-          k != SphereLine::LOST)
-        throw BadInput("values of a sphere but rho0, gap and lost must be zero or positive, got " +
-                       shown(words[2 + k]));
+          k != SphereLine::LOST && k != SphereLine::STRAIN)
+        throw BadInput(
+            "values of a sphere but rho0, gap, lost and strain must be zero or positive, got " +
+            shown(words[2 + k]));
     }
     for (const int k : {SphereLine::BONDS, SphereLine::RECORDED})
       (void) parse_whole("a number of bonds", words[2 + k], 0);

@@ -349,10 +349,11 @@ struct PlacedPair : PackedPair {
 
   bool is_past_cutoff() const { return g.dsq > cutsq; }
 
-  /// Has it a force? A contact that flowed has none from its deq on.
+  /// Has it a force? A contact that flowed has none from its deq on, where what is left of a bond that ended begins.
   bool acts() const
   {
-    return !is_past_cutoff() && !(flow == Flow::COMPRESSES && distance() * inv_deq > 1.0);
+    const bool apart = flow == Flow::COMPRESSES && distance() * inv_deq > 1.0 - CONTACT_MARGIN;
+    return !is_past_cutoff() && !apart;
   }
   double distance() const { return std::sqrt(g.dsq); }
   Vector direction() const { return {g.x / distance(), g.y / distance(), g.z / distance()}; }

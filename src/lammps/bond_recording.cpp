@@ -296,12 +296,13 @@ void BondRecording::give_to(BondStore &store)
   for (const auto &[i, sphere] : spheres) {
     if (sphere.given >= 0.0 && store.given(i) < 0.0)    // what fix_modify has given since is later
       store.given(i) = sphere.given;
-    const auto &[p, work, slip, bonds, recorded, rho, slope, gap, torn, lost, batch] =
+    const auto &[p, work, slip, bonds, recorded, rho, slope, gap, torn, lost, batch, strain] =
         sphere.values;
     if (store.has_history()) store.sphere(i) = {p, work, slip, bonds, recorded};
     if (store.has_volume()) {
       store.volume(i).reference = {{rho, slope}, gap, torn, lost};
       store.volume(i).batch = batch;
+      store.volume(i).strain = strain;
     }
   }
 }

@@ -119,7 +119,7 @@ std::string WriteEVPBonds::lines_of_spheres(const BondStore &records, BondHeader
     const Sphere own = records.has_history() ? records.sphere(i) : Sphere{0.0, 0.0, 0.0, n, n};
     return SphereLine{atom->tag[i],
                       {own.p, own.work, own.slip, own.bonds, own.recorded, rest.own.rho,
-                       rest.own.slope, rest.gap, rest.torn, rest.lost, volume.batch},
+                       rest.own.slope, rest.gap, rest.torn, rest.lost, volume.batch, volume.strain},
                       records.given(i)};
   };
   const auto has_changed = [&](int i) {

@@ -52,10 +52,13 @@ void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, BondStore 
     store->forget_joined();
     std::fill(lists.bonds.join.begin(), lists.bonds.join.end(), 0);
   }
+  std::vector<char> taken;    // of own atoms, with `takes`
   if (const bigint atoms = sum_of_partners(); std::exchange(partners, atoms) != atoms || takes) {
     const std::vector<double> to_be = batches_to_be(takes);
     const std::vector<NeighborDensity> rest = at_rest(to_be);
-    set_references(rest, takes, to_be);
+    std::vector<char> known = set_references(rest, takes, to_be);
+    if (takes)
+      for (const char one : known) taken.push_back(!one);
     for (int i = 0; i < atom->nlocal; i++) lose_partners(store->volume(i), rest[i]);
   }
   store->volume_scene = std::move(now);
@@ -63,7 +66,7 @@ void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, BondStore 
   batches.assign((size_t) stride * lists.nall, 0.0);
   for (int i = 0; i < lists.nlocal; i++) {
     batches[stride * (size_t) i] = store->volume(i).batch;
-    batches[stride * (size_t) i + 1] = openness(store->volume(i).reference, false);
+    batches[stride * (size_t) i + 1] = openness(i, store->volume(i), false);
   }
   exchange.forward_comm(batches);
   set_openness(is_plastic ? lists.nall : 0, [this](int i) {
@@ -103,7 +106,7 @@ void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, BondStore 
     }
     lists.unbonded.add_row(i, n);
   }
-  if (takes || fewer) fill_gaps(lists, takes);
+  if (takes || fewer) fill_gaps(lists, taken);
 }
 
 void VolumeForces::add_pair(PairList &list, int i, int j, double dlim, Error *error)
@@ -123,8 +126,8 @@ void VolumeForces::remove_pair(PairList &list, int i, int j)
 }
 
 // Pairs that are no bonds, and are there at rest or once an exclusion is undone, are surfaces of a crack that never had any.
-// They have no force from that alone
-void VolumeForces::fill_gaps(const PairLists &lists, bool at_rest_only)
+// They have no force from that alone. taken: own atoms whose references are those of now, empty where an exclusion is undone
+void VolumeForces::fill_gaps(const PairLists &lists, const std::vector<char> &taken)
 {
   constexpr double AT_REST = 1e-6;
   evaluate(lists);
@@ -133,7 +136,8 @@ void VolumeForces::fill_gaps(const PairLists &lists, bool at_rest_only)
     const DensityNow now = density(i);
     const double denser = now.bonded - own.own.rho;
     const double unbonded = now.pulling + now.pushing;
-    if (unbonded == 0.0 || (at_rest_only && std::fabs(denser) > AT_REST * own.own.rho)) continue;
+    const bool at_rest = std::fabs(denser) <= AT_REST * own.own.rho;
+    if (unbonded == 0.0 || (!taken.empty() && !(taken[i] && at_rest))) continue;
     own.gap = std::max(own.gap, unbonded + std::max(0.0, denser));
     own.set(VolumeReference::BROKEN);
   }
@@ -260,9 +264,6 @@ void VolumeForces::commit()
   if (!is_plastic) return;
   for (char &one : open)
     if (one == OPENS) one = IS_OPEN;
-  for (size_t i = 0; i < strains.size(); i++)
-    store->volume((int) i).reference.set(VolumeReference::BEYOND,
-                                         strains[i] > law.cavitation && kv_of((int) i) > 0.0);
 }
 
 const VolumeReference &VolumeForces::reference(int i) const
@@ -379,9 +380,9 @@ std::vector<NeighborDensity> VolumeForces::at_rest(const std::vector<double> &to
 }
 
 // Collective. Where bonds have flowed or ended the bond file says what the references were; a fix that is new takes all for
-// what they are at the deq of now. Else only those of atoms that are new
-void VolumeForces::set_references(const std::vector<NeighborDensity> &rest, bool takes,
-                                  const std::vector<double> &to_be)
+// what they are at the deq of now. Else only those of atoms that are new. Returns which own atoms had theirs
+std::vector<char> VolumeForces::set_references(const std::vector<NeighborDensity> &rest, bool takes,
+                                               const std::vector<double> &to_be)
 {
   std::vector<char> is_known(atom->nlocal, 0);
   bigint unknown = 0;
@@ -402,6 +403,7 @@ void VolumeForces::set_references(const std::vector<NeighborDensity> &rest, bool
                    "known, and are taken from the bonds of now: define the fix before the first "
                    "run, and right after read_restart",
                    who, unknown);
+  return is_known;
 }
 
 void VolumeForces::note_bonds_at_rest(const PairLists &lists)
@@ -486,6 +488,7 @@ void VolumeForces::evaluate(const PairLists &lists, const ParticleView &view)
       if (const auto reference = find_change(i)) leaving.push_back({i, *reference});
     const VolumeState now = state(i);
     strains[i] = now.strain;
+    if (is_plastic) store->volume(i).strain = now.strain;
     double *const own = &pulls[stride * (size_t) i];
     own[BONDED] = now.bonded;
     own[PULLING] = now.pulling;
@@ -501,6 +504,8 @@ void VolumeForces::evaluate_aside(const PairLists &lists)
   const auto kept = std::make_tuple(leaving, energy_here, strains);
   evaluate(lists);
   std::tie(leaving, energy_here, strains) = kept;
+  for (size_t i = 0; is_plastic && i < strains.size(); i++)
+    store->volume((int) i).strain = strains[i];
 }
 
 }    // namespace EVP

@@ -88,11 +88,11 @@ class VolumeForces : protected Pointers {
 
   enum Openness { CLOSED, IS_OPEN, OPENS };
 
-  /// Of an atom with this reference. now: do those that were beyond cavitation open now?
-  static Openness openness(const VolumeReference &own, bool now)
+  /// Of an own atom, by its record. now: do those that are beyond cavitation open now?
+  Openness openness(int i, const VolumeRecord &own, bool now) const
   {
-    if (own.is(VolumeReference::OPEN)) return IS_OPEN;
-    return now && own.is(VolumeReference::BEYOND) ? OPENS : CLOSED;
+    if (own.reference.is(VolumeReference::OPEN)) return IS_OPEN;
+    return now && own.strain > law.cavitation && kv_of(i) > 0.0 ? OPENS : CLOSED;
   }
   /// of(i): Openness of n atoms and ghosts.
   template <class F> void set_openness(int n, F &&of)
@@ -281,10 +281,10 @@ class VolumeForces : protected Pointers {
   double dlim(int i, int j, bool is_bond) const;
   std::optional<VolumeReference> find_change(int i);
   void find_beside_open(const PairLists &);
-  void set_references(const std::vector<NeighborDensity> &rest, bool takes,
-                      const std::vector<double> &to_be);
+  std::vector<char> set_references(const std::vector<NeighborDensity> &rest, bool takes,
+                                   const std::vector<double> &to_be);
   void set_gaps(const std::vector<char> &is_known);
-  void fill_gaps(const PairLists &, bool at_rest_only);
+  void fill_gaps(const PairLists &, const std::vector<char> &taken);
   static void lose_partners(VolumeRecord &, const NeighborDensity &left);
   void add_leaving(const PairLists &, const std::vector<int> &ended);
   std::vector<NeighborDensity> at_rest(const std::vector<double> &to_be) const;

@@ -11,7 +11,7 @@ ROW = law.TABLE1._replace(xi_s=0.004)
 KV = 500.0
 BREAK = 0.3  # plastic strain at failure
 BONDS = "fix bonds all evp/bonds zone 1.1"  # the next neighbors are contacts, and some of them are pushed
-SPHERE = "p work slip bonds recorded rho0 G gap torn lost batch".split()
+SPHERE = "p work slip bonds recorded rho0 G gap torn lost batch strain".split()
 
 
 class Pairs(NamedTuple):

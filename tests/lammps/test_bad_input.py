@@ -33,7 +33,7 @@ STIFFER = "plasticity isotropic needs a 'flow' table, or a second regime less st
 HEAD = b"# DATE: 2026-01-01 UNITS: si CITATION: none\n"
 ROWS = HEAD + f"a {ROW}\nb 50 6 3 5 8 4 0.01 0 1.4 spacing 0.009 coordination 12\n".encode()
 GARBAGE = random.Random(20170515).randbytes(4000)
-WHOLE, SPHERE = "1 2 0.0101", "sphere {} 0.1 0.5 0 5 5 0 0 0 0 0 1"
+WHOLE, SPHERE = "1 2 0.0101", "sphere {} 0.1 0.5 0 5 5 0 0 0 0 0 1 0"
 
 
 def bonds(*lines, count=None, header=""):

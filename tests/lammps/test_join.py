@@ -367,7 +367,7 @@ def test_a_pressed_bond_that_fails(lmp, tmp_path, within, types, torn):
            for i, j in itertools.combinations(range(6), 2) if (i < 3) == (j < 3) or j == i + 3}
     shares = {pair: 1.0 - d / 0.015 for pair, d in deq.items()}
     density, slope = ([sum(f(t) for pair, t in shares.items() if i in pair) for i in range(6)] for f in (lambda t: t * t, lambda t: 2.0 / 3.0 * t * (1.0 - t)))
-    spheres = [f"sphere {i + 1} 0.0999 0 0.01 3 3 {density[i]:.17g} {slope[i]:.17g} 0.001 {torn} 0 1\n" for i in range(6)]
+    spheres = [f"sphere {i + 1} 0.0999 0 0.01 3 3 {density[i]:.17g} {slope[i]:.17g} 0.001 {torn} 0 1 0\n" for i in range(6)]
     header = f"# EVP bonds COUNT: {len(deq)}{' WITHIN: type' * bool(within)} JOIN_ALL: 1.2 SPHERES: 6 UNITS: si\n"
     (tmp_path / "held.bonds").write_text(header + "".join(f"{i + 1} {j + 1} {d:.17g}\n" for (i, j), d in deq.items()) + "".join(spheres), encoding="utf-8")
     write_data(tmp_path / "body.data", x, [0.005] * 6, [[-0.02, 0.04]] * 3, types)

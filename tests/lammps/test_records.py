@@ -167,7 +167,7 @@ def test_many_bonds_stream(lmp, tmp_path):
 @pytest.mark.parametrize("ranks", [1, 3])
 def test_many_spheres_stream(tmp_path, ranks):
     """300 000 lines of spheres, 26 MB as numbers: no MPI rank has them all at once. Their atoms are not there, which is found at the end."""
-    text = [f"sphere {k} 0.1 0 0 5 5 0 0 0 0 0 1\n" for k in range(501, 300_501)]
+    text = [f"sphere {k} 0.1 0 0 5 5 0 0 0 0 0 1 0\n" for k in range(501, 300_501)]
     for name, lines in (("one", text[:1]), ("all", text)):
         (tmp_path / f"{name}.bonds").write_text(f"# EVP bonds COUNT: 0 SPHERES: {len(lines)} UNITS: si\n{''.join(lines)}", encoding="utf-8")
     program = f"""

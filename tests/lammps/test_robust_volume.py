@@ -3,7 +3,8 @@
 
 import numpy as np
 import pytest
-from lammps_run import write_data
+from evp import specimen
+from lammps_run import REFERENCE, write_data
 from robust import LEDGER_SHARE, TABLE1, ledger, on
 from small_bodies import head, lattice_body, pair, thermo, words, write_body
 
@@ -59,7 +60,7 @@ def test_material_that_comes_to_a_loaded_body(bench, what, load):
     bench.show(f"largest change of a force {worst:.0e} of the largest one")
 
 
-WAYS = {"opened": "400 0 0", "sheared and opened": "350 300 0", "opened askew": "400 0 -150"}
+WAYS = {"opened": "400 0 0", "sheared and opened": "350 300 0", "opened askew, a random packing": "400 0 -150"}
 
 
 def slab(folder):
@@ -74,12 +75,20 @@ def slab(folder):
     return x, radius, side
 
 
+def packing(folder):
+    """The same of the specimen of the reference, which is open, cut in its middle."""
+    body = specimen.read_data(REFERENCE)
+    x = body.x - [0.5 * (body.x[:, 0].min() + body.x[:, 0].max()), 0.0, 0.0]
+    write_data(folder / "body.data", x, body.radius, np.array([[-0.1, 0.1], [-0.5, 0.5], [-0.5, 0.5]]), 1 + (x[:, 0] > 0.0))
+    return x, body.radius, np.array([1.0, 1.0])
+
+
 @on(1, 2, 3)
 @pytest.mark.parametrize("way", WAYS)
 def test_torn_by_flow_and_closed(bench, way):
     """Once torn without *break*, two halves do not pull on each other while no spheres of both touch: below 0.003 of the largest force of the tear on the
     way back, with newton on and off and after a restart. Control: with cavitation none the tear heals, above 0.1."""
-    x, radius, side = slab(bench.folder)
+    x, radius, side = packing(bench.folder) if way.endswith("packing") else slab(bench.folder)
     right = np.nonzero(x[:, 0] > 0.0)[0]
     left = np.nonzero(x[:, 0] <= 0.0)[0]
     velocity, steps, back = WAYS[way], 2800, 2300
@@ -115,6 +124,26 @@ def test_torn_by_flow_and_closed(bench, way):
     assert largest("on", KV.replace("1000", "1000 cavitation none"), False) > 0.1, "control"
     assert found < 3e-3
     bench.show(f"{found:.0e} of the largest force")
+
+
+@on(1, 2, 3)
+def test_pairs_that_join_at_the_very_distance(bench):
+    """Pairs across a periodic boundary, held twice without newton, are led to 1.2 (R_i + R_j) to the last digit: both copies of each join, or none.
+    Control: some do, and some do not."""
+    number, whole = 60, []
+    atoms = ""
+    for k in range(number):
+        x, y = 0.001 + 0.00013 * k, -0.9 + 0.03 * k
+        atoms += f"create_atoms 1 single {x:.17g} {y} 0\ncreate_atoms 2 single {0.1 + x - 0.012 - 10 * 1.3e-4 - (k % 7) * 1.4e-17:.17g} {y} 0\n"
+    start = "region box block 0 0.1 -1 1 -0.1 0.1\ncreate_box 2 box\n" + atoms + "set group all diameter 0.01 density 2700\n"
+    for newton in ("on", "off"):
+        text = head(newton, "p f f", start, skin=0.002) + pair(FLOWS, "join 1.2 plasticity isotropic", "fix bonds all evp/bonds zone 1.1")
+        text += "group low type 1\ngroup high type 2\nfix hold low nve/noforce\nfix lead high move linear 130 0 0\ntimestep 1e-6\n"
+        table = bench.run(text + thermo("f_bonds[1] f_bonds[6]") + "run 10\n").ok().thermo()
+        whole.append((table["f_bonds[1]"][-1], table["f_bonds[6]"][-1]))
+    assert 5 < whole[1][1] < number - 5, "control"
+    assert all(beyond == 0.0 for beyond, _ in whole)
+    bench.show(f"{whole[1][1]:.0f} of {number} joined, both copies of each")
 
 
 CRYSTAL = """region box block 0 4 0 4 0 4

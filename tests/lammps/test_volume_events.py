@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 from evp import law
+from flowing import read_pairs
 from small_bodies import dump, head, lattice_body, pair, thermo, velocities, write_body
 
 FLOWS = law.TABLE1._replace(xi_s=0.004)
@@ -50,6 +51,42 @@ def test_a_run_is_the_same_cut_in_two(lmp, tmp_path, scene, ranks, newton):
                     assert np.abs(a - b).max() <= ANOTHER_ORDER * np.abs(a).max(), (cut, columns, mine.step)
             assert run.thermo()["PotEng"][0] == pytest.approx(table["PotEng"][cut], rel=1e-9)
     assert scene != "torn open" or 0 < beyond < opens < steps, "control: beyond cavitation"
+
+
+@pytest.mark.parametrize("contact", ["repulsive break 0.02", "none break 0.02", "repulsive plasticity isotropic break 0.02"])
+def test_debris_that_is_read_back(lmp, tmp_path, contact):
+    """A sphere that has lost all its bonds is pressed into the body: a bond file and a restart file give the forces of the end of the run."""
+    body = lattice_body((2, 2, 2))
+    write_body(tmp_path / "body.data", body)
+    style, move = pair(FLOWS, contact) + VOLUME, "fix move all nve/noforce\ntimestep 1e-9\n"
+    table = thermo("pe f_volume fmax")
+    text = head(skin=0.004) + style + move + "run 0\nset atom 8 x 0.036\nrun 10\n" + f"set atom 8 x {body.x[7, 0] - 0.003:.17g}\nrun 10\n" + table
+    text += "write_restart end.restart\nwrite_data end.data nocoeff\nwrite_evp_bonds end.bonds\nrun 0\n"
+    whole = lmp(text).ok().thermo()
+    by_restart = lmp(head(start="read_restart end.restart", skin=0.004) + "fix bonds all evp/bonds\n" + VOLUME + move + table + "run 0\n").ok().thermo()
+    by_file = lmp(head(start="read_data end.data", skin=0.004) + style.replace("evp/bonds", "evp/bonds file end.bonds") + move + table + "run 0\n", ranks=2).ok().thermo()
+    assert whole["f_volume"][0] > 0.1, "control"
+    for other in (by_restart, by_file):
+        for name in ("PotEng", "f_volume", "Fmax"):
+            assert other[name][0] == pytest.approx(whole[name][0], rel=1e-9)
+
+
+@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off")])
+def test_what_is_beyond_the_cavitation_of_now_opens(lmp, tmp_path, ranks, newton):
+    """The fix that counts is that of the step in which limits move on, with references of then: none opens nothing, and set-ups at one place agree."""
+    body = lattice_body((5, 3, 3))
+    write_body(tmp_path / "body.data", body)
+    start = head(newton, "f f f", skin=0.002) + pair(FLOWS, "repulsive plasticity isotropic") + "fix volume all evp/volume 500 cavitation {}\n"
+    start += velocities("12000*(x-0.02)") + "fix move all nve\ntimestep 4e-7\n" + thermo("pe f_volume") + "run {}\n"
+    again = "unfix volume\nfix volume all evp/volume 500 cavitation {}\nrun {}\n"
+    lmp(start.format("none", 18) + again.format(0.02, 1) + again.format("none", 2) + "write_evp_bonds none.bonds\n", ranks).ok()
+    lmp(start.format("none", 18) + again.format("none", 1) + again.format(0.02, 2) + "write_evp_bonds some.bonds\n", ranks).ok()
+    is_open = [sum(value == 2.0 for value in read_pairs(tmp_path / f"{name}.bonds").column("torn").values()) for name in ("none", "some")]
+    assert is_open[0] == 0 < is_open[1]
+    row = " ".join(map(str, FLOWS._replace(alpha=1.4)))
+    tables = lmp(start.format(0.02, 60) + f"pair_coeff * * {row}\nrun 0\nrun 0\n", ranks).ok()
+    first, second = tables.thermo(-2), tables.thermo(-1)
+    assert second["PotEng"][0] == pytest.approx(first["PotEng"][0], rel=1e-12) and second["f_volume"][0] == pytest.approx(first["f_volume"][0], rel=1e-12)
 
 
 HEXAHEDRON = [(1, 0, 0, 0), (1, 1.1, 0, 0), (2, 0, 1.1, 0), (2, 1.1, 1.1, 0), (1, 0, 0, 1.1), (2, 0, 1.1, 1.1)]

@@ -92,7 +92,7 @@ def scene_of(case):
         bonds = {pair: deq for pair, deq in bonds.items() if sum(pair) % 7}
         bonds = {(i, j): deq * (1.0 if (i + j) % 3 == 0 else 1.0 + 0.015 * np.sin(1.7 * i + 2.9 * j)) for (i, j), deq in bonds.items()}
         counts = np.bincount(np.array(list(bonds)).ravel(), minlength=len(x) + 1)
-        spheres = [f"sphere {k} {0.02 * (k % 4)} 0.25 1e-4 {counts[k]} {counts[k]} 0 0 0 0 0\n" for k in range(1, len(x) + 1)]
+        spheres = [f"sphere {k} {0.02 * (k % 4)} 0.25 1e-4 {counts[k]} {counts[k]} 0 0 0 0 0 0 0\n" for k in range(1, len(x) + 1)]
     return Scene(body, rng.uniform(-100.0, 100.0, x.shape), bonds, spheres)
 
 

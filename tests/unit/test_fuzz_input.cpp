@@ -143,7 +143,7 @@ TEST(Fuzz, ParameterFileGivesALawOrARefusal)
 TEST(Fuzz, BondFileGivesBondsOrARefusal)
 {
   std::string good = EVP::bond_header({4, EVP::BodyRule::ALL, 0.0, 2, 1, {3, 2}}, "si") +
-      "\nsphere 3 0.5 0.1 0 12 13 0.5 0.7 0.1 1 0.05 1\n";
+      "\nsphere 3 0.5 0.1 0 12 13 0.5 0.7 0.1 1 0.05 1 -0.01\n";
   for (int k = 1; k <= 6; k++)
     good += EVP::bond_text({k, k + 1, 0.01 * (1.0 + k / 7.0), k > 4 ? k % 2 : EVP::BondLine::BOND});
   fuzz(good, [&](const std::string &text, Vandal &vandal) {

@@ -356,7 +356,7 @@ TEST(BondText, ReadsBackToTheLastBit)
 TEST(BondReader, ReadsHeaderAndSpheresBackToTheLastBit)
 {
   const EVP::SphereLine one = {7,
-                               {1.0 / 3.0, 0.1 + 0.2, 1e-9, 12, 13, -1.0 / 3.0, 0.7, 0, 0, 0.125, 2}};
+                               {1.0 / 3.0, 0.1 + 0.2, 1e-9, 12, 13, -1.0 / 3.0, 0.7, 0, 0, 0.125, 2, -0.25}};
   EVP::SphereLine other = one;
   other.id = 9;
   std::istringstream stream(EVP::bond_header({1, EVP::BodyRule::TYPE, 1.3, 0, 2, {5, 3}}, "si") +
@@ -391,7 +391,7 @@ TEST(BondReader, NamesLineCauseAndFileOfEachDamage)
 {
   const std::string expected = "expected the header '# EVP bonds COUNT: 0 UNITS: si'";
   const std::string path = std::string(300, 'p') + "/body.bonds";
-  const std::string SPHERE = "sphere 1 0 0 0 12 12 -0.5 0.7 0 0 0 1\n";
+  const std::string SPHERE = "sphere 1 0 0 0 12 12 -0.5 0.7 0 0 0 1 0\n";
   const std::vector<std::vector<std::string>> cases = {
       {"", "the bond file is empty"},
       {"1 2 0.01\n", "line 1: " + expected},
@@ -419,12 +419,12 @@ TEST(BondReader, NamesLineCauseAndFileOfEachDamage)
       {EVP::bond_header({0, EVP::BodyRule::ALL, 0.0, 0, 2}, "si") + "\n" + SPHERE,
        "holds 1 spheres, its header says 2"},
       {header(0) + "sphere 1 0.5\n", "line 2: expected 'sphere id p work slip", "got 3 words"},
-      {header(0) + "sphere 0 0 0 0 0 0 0 0 0 0 0 1\n", "line 2: id must be", "at least 1, got '0'"},
-      {header(0) + "sphere 1 nan 0 0 0 0 0 0 0 0 0 1\n",
+      {header(0) + "sphere 0 0 0 0 0 0 0 0 0 0 0 1 0\n", "line 2: id must be", "at least 1, got '0'"},
+      {header(0) + "sphere 1 nan 0 0 0 0 0 0 0 0 0 1 0\n",
        "line 2: a value of a sphere must be a finite"},
-      {header(0) + "sphere 1 0 0 0 3.7 0 0 0 0 0 0 1\n", "a number of bonds must be", "got '3.7'"},
-      {header(0) + "sphere 1 0 0 0 0 0 0 -1 0 0 0 1\n", "must be zero or positive, got -1"},
-      {header(0) + "sphere 1 0 0 0 0 0 0 0 0 0.5 0 1\n", "torn or batch must be", "got '0.5'"}};
+      {header(0) + "sphere 1 0 0 0 3.7 0 0 0 0 0 0 1 0\n", "a number of bonds must be", "got '3.7'"},
+      {header(0) + "sphere 1 0 0 0 0 0 0 -1 0 0 0 1 0\n", "must be zero or positive, got -1"},
+      {header(0) + "sphere 1 0 0 0 0 0 0 0 0 0.5 0 1 0\n", "torn or batch must be", "got '0.5'"}};
   for (const auto &parts : cases) {
     SCOPED_TRACE(parts[0]);
     const std::string what =
