@@ -106,7 +106,7 @@ struct VolumeRecord {
   /// Counts the times that references were taken, of this one from 1; 0 without. A bond counts for a sphere if its partner
   /// was there at that time: one that comes later changes nothing of it.
   double batch = 0.0;
-  double strain = 0.0;    ///< by the last forces, with plasticity
+  double strain = 0.0;    ///< by the forces of the last step, with plasticity
 
   bool is_known() const { return batch > 0.0; }
 };

@@ -264,6 +264,7 @@ void VolumeForces::commit()
   if (!is_plastic) return;
   for (char &one : open)
     if (one == OPENS) one = IS_OPEN;
+  for (size_t i = 0; i < strains.size(); i++) store->volume((int) i).strain = strains[i];
 }
 
 const VolumeReference &VolumeForces::reference(int i) const
@@ -488,7 +489,6 @@ void VolumeForces::evaluate(const PairLists &lists, const ParticleView &view)
       if (const auto reference = find_change(i)) leaving.push_back({i, *reference});
     const VolumeState now = state(i);
     strains[i] = now.strain;
-    if (is_plastic) store->volume(i).strain = now.strain;
     double *const own = &pulls[stride * (size_t) i];
     own[BONDED] = now.bonded;
     own[PULLING] = now.pulling;
@@ -504,8 +504,6 @@ void VolumeForces::evaluate_aside(const PairLists &lists)
   const auto kept = std::make_tuple(leaving, energy_here, strains);
   evaluate(lists);
   std::tie(leaving, energy_here, strains) = kept;
-  for (size_t i = 0; is_plastic && i < strains.size(); i++)
-    store->volume((int) i).strain = strains[i];
 }
 
 }    // namespace EVP
