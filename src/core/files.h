@@ -214,6 +214,8 @@ struct BondHeader {
   int64_t contacts = 0, spheres = 0;
   BondCounts counts = {};
   JoinRule joins_by = {};    ///< see BondStore
+  std::vector<double> measures =
+      {};    ///< of the bonds as recorded: BondMeasures::words(), empty without
 };
 
 /// One pair: IDs of its atoms, equilibrium distance [length]; its kind, or BOND.
@@ -258,6 +260,8 @@ inline std::string bond_header(const BondHeader &header, const std::string &unit
     text +=
         (header.joins_by.all ? " JOIN_ALL: " : " JOIN: ") + shortest_text(header.joins_by.within);
   if (header.spheres > 0) text += " SPHERES: " + std::to_string(header.spheres);
+  for (size_t k = 0; k < header.measures.size(); k++)
+    text += (k ? "," : " MEASURED: ") + shortest_text(header.measures[k]);
   return text + " UNITS: " + units;
 }
 
@@ -347,7 +351,11 @@ class BondReader {
       header.joins_by = {parse_number("JOIN", value), word == "JOIN_ALL:"};
     else if (word == "SPHERES:")
       header.spheres = parse_whole("SPHERES", value, 0);
-    else
+    else if (word == "MEASURED:") {
+      std::string one;
+      for (std::istringstream all(value); std::getline(all, one, ',');)
+        header.measures.push_back(parse_number("MEASURED", one));
+    } else
       return false;
     return true;
   }

@@ -78,11 +78,12 @@ struct PairGeometry : Vector {
 /// what begins or ends: the position of a periodic image has round-off, and that of i another one than that of j. Empty where
 /// no pair is held twice, or no ghost is an image.
 struct OwnerDistances {
+  bool acts = false;    ///< the same on all ranks
   int nlocal = 0;
   std::vector<double> x;         ///< three per particle and ghost: where the owner has it [length]
   std::vector<double> shifts;    ///< likewise: whole periods from there to the image [length]
 
-  bool empty() const { return x.empty(); }
+  bool empty() const { return !acts; }
   bool has(int j) const { return !empty() && j >= nlocal; }
   double squared(int i, int j) const
   {
@@ -159,7 +160,8 @@ class PairList {
   std::vector<double> inv_deq_next, dissipated;    ///< see FlowArrays
   std::vector<char> any_flow;
 
-  /// Where bonds begin, bits; else empty. Of contacts what keeps a pair from it, of bonds which have, with the volume energy.
+  /// Bits, where bonds can begin; else empty. Of a contact: what keeps it from joining. Of a bond: HAS_JOINED, with the volume
+  /// energy only.
   enum Join : char { NOT_BEFORE_APART = 1, OF_TWO_BODIES = 2, HAS_JOINED = 4 };
   std::vector<char> join;
   bool joins = false;
@@ -324,7 +326,7 @@ inline double rank_share(int j, int nreact)
 /// All pairs of one MPI rank, rebuilt with the neighbor list.
 struct PairLists {
   PairList bonds{true}, contacts{false};
-  /// Pairs without a bond, or with a broken one, that the volume energy counts too; their deq is their dlim.
+  /// Pairs that the volume energy counts as without a bond: never bonded, broken, or joined since; their deq is their dlim.
   PairList unbonded{false};
   long build = 0;           ///< counts the packings: indices of pairs hold as long as it does
   long common_build = 0;    ///< counts those that were collective

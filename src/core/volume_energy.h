@@ -14,7 +14,7 @@
 
 namespace EVP {
 
-/// Density of a particle now: by its bonds, by pairs without one, and by those of them that do not pull.
+/// Density of a particle now: of its bonds, of pairs without a bond that pull, and of those that only push.
 struct DensityNow {
   double bonded, pulling, pushing = 0.0;
 };
@@ -85,8 +85,8 @@ class VolumeLaw {
     return state;
   }
 
-  // The reference after an event at these densities of now, those of before it. Strain and energy stay, and so does the density
-  // from which pairs push that pull no more.
+  // The reference after an event, at the densities before it. The energy does not change, nor does the strain where it is positive,
+  // nor the density from which the pairs that only push begin to push.
 
   /// Bonds have broken that have this share of the density; no pair without a bond pulls from then on.
   static VolumeReference without(const VolumeReference &before, const DensityNow &now, double share)
@@ -111,7 +111,7 @@ class VolumeLaw {
     return without_pull(before, now, 0.0, share);
   }
 
-  /// Pairs without a bond count from now on, with that share, that were there before: others push from as many more on.
+  /// A bond that did not count, as its partner came later, has broken: it counts as a new pair from now on.
   static VolumeReference beside(const VolumeReference &before, const DensityNow &now, double share)
   {
     VolumeReference after = without(before, now, 0.0);

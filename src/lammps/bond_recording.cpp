@@ -185,6 +185,11 @@ void BondRecording::record_file(const std::string &name, const PairRules &rules)
         zone = reader->header.zone;
         counts = reader->header.counts;
         joins_by = reader->header.joins_by;
+        of_file = reader->header.measures;
+        if (!of_file.empty() && of_file.size() != BondMeasures::words_of(atom->ntypes))
+          throw BadInput("the bonds were measured in a body of another number of atom types: give "
+                         "the box as many as then (bond file " +
+                         name + ")");
       }
       if (me == 0) state[0] = reader->read(lines, sphere_lines, LINES_PER_MESSAGE);
     } catch (const BadInput &bad) {
@@ -197,6 +202,10 @@ void BondRecording::record_file(const std::string &name, const PairRules &rules)
     MPI_Bcast(&zone, 1, MPI_DOUBLE, 0, world);
     MPI_Bcast(&counts, sizeof(counts), MPI_BYTE, 0, world);
     MPI_Bcast(&joins_by, sizeof(joins_by), MPI_BYTE, 0, world);
+    int nmeasures = (int) of_file.size();
+    MPI_Bcast(&nmeasures, 1, MPI_INT, 0, world);
+    of_file.resize(nmeasures);
+    MPI_Bcast(of_file.data(), nmeasures, MPI_DOUBLE, 0, world);
     if (within == BodyRule::ALL) within = (BodyRule) state[3];
     if (within == BodyRule::MOLECULE) {
       const std::string missing = missing_molecules(lmp);
@@ -284,6 +293,7 @@ void BondRecording::give_to(BondStore &store)
 
   store.within = within;
   store.zone = zone;
+  if (!of_file.empty()) store.measures.unpack(of_file.data(), atom->ntypes);
   store.record(made, atom->tag, sides / 2 + counts.ended - counts.begun, highest);
   if (store.has_history()) {
     if (comm->me == 0) store.set_counts(counts);

@@ -52,6 +52,7 @@ class BondRecording : protected Pointers {
   std::vector<std::pair<int, SphereLine>> spheres;
   BondCounts counts;                              // from a file
   JoinRule joins_by;                              // see BondStore
+  std::vector<double> of_file;                    // measures of the bonds, as words; else empty
   std::string source;                             // for users
   std::vector<std::vector<Remembered>> inside;    // of each local atom, of those with a new one
   bigint overlaps = 0, loose = 0;    // pairs of two bodies; atoms of the group without a molecule

@@ -41,9 +41,15 @@ void WriteEVPBonds::command(int narg, char **arg)
   const auto sums =
       reduce_all(std::array{header.bonds, header.contacts, header.spheres, ended, failed, begun},
                  MPI_SUM, world);
-  header = {sums[0],         records.within, records.zone,
-            sums[1],         sums[2],        {sums[3], sums[4], sums[5]},
-            records.joins_by};
+  header = {sums[0],
+            records.within,
+            records.zone,
+            sums[1],
+            sums[2],
+            {sums[3], sums[4], sums[5]},
+            records.joins_by,
+            records.measures.empty() ? std::vector<double>{}
+                                     : records.measures.words(atom->ntypes)};
   if (comm->me == 0) text = bond_header(header, update->unit_style) + "\n" + text;
 
   const std::string name = utils::star_subst(arg[0], update->ntimestep, 0);

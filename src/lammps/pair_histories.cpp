@@ -84,6 +84,7 @@ void PairHistories::note_images()
 {
   owners = {};
   if (force->newton_pair || !(domain->xperiodic || domain->yperiodic || domain->zperiodic)) return;
+  owners.acts = true;
   owners.nlocal = lists.nlocal;
   owners.x.assign((size_t) 3 * lists.nall, 0.0);
   periods.assign(owners.x.size(), 0.0);

@@ -234,10 +234,12 @@ void PairTypes::check(const PairList &list, const VolumeForces *volume) const
   });
   first = reduce_all(first, MPI_MAX, world);
   if (first)
-    error->all(FLERR,
-               "Pair evp/lj: the row of type {} cannot be scaled: the type had no bonds when "
-               "spacing and coordination were measured; set types before the bonds are recorded",
-               first);
+    error->all(
+        FLERR,
+        "Pair evp/lj: the row of type {} cannot be scaled: the type had no bonds when "
+        "spacing and coordination were measured; set types before the bonds are recorded, or "
+        "give atoms that come later a row without spacing",
+        first);
 }
 
 // Collective. name: of the row

@@ -222,7 +222,7 @@ void VolumeForces::find_beside_open(const PairLists &lists)
   pulling.remove(out);
 }
 
-// of own atom i at its densities of now, which follow; nothing where it stays
+// The reference that own atom i gets at the end of the step, nothing where it stays. Moves the shares to their new columns
 std::optional<VolumeReference> VolumeForces::find_change(int i)
 {
   if (!has_strain(i)) return std::nullopt;
@@ -394,6 +394,7 @@ std::vector<char> VolumeForces::set_references(const std::vector<NeighborDensity
     if (is_known[i]) continue;
     own.reference = {rest[i], 0.0, 0.0};
     own.batch = rest[i].slope > 0.0 ? to_be[i] : 0.0;
+    own.strain = 0.0;
     unknown += takes && store->has_history() && !store->sphere(i).is_new(store->of(i).size());
   }
   set_gaps(is_known);

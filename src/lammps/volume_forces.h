@@ -73,8 +73,8 @@ class VolumeForces : protected Pointers {
   /// A bond of the list that ends, and is still in it, counts as a pair that was never recorded.
   void bond_ends(PairLists &, int k);
 
-  /// Collective. The same as evaluate() for one who asks at other positions: what the fix reports, and which bonds break, stays that of the
-  /// forces.
+  /// Collective. The same as evaluate() for one who asks at other positions: what a commit() uses, strains and the energy of
+  /// all atoms stay those of the forces; the rest is of these positions until the next evaluate().
   void evaluate_aside(const PairLists &);
 
   /// A bond of eq. 8 of own atom i that is past the end of the neighbor list breaks at the end of the step. Void with the
@@ -180,8 +180,9 @@ class VolumeForces : protected Pointers {
     CEASED
   };    // the last two with plasticity; the last: to pull in this step
   struct Columns {
-    /// Shares that leave with a bond in this step: to be a new pair; of two bodies, as it were deleted; of a bond with a later
-    /// atom, for the older one. After the densities, where bonds end before their dlim.
+    /// After the densities, where bonds can break: shares of bonds that end in this step. to_new: the pair counts as a new one
+    /// from then on. gone: it does not count any more, as its atoms are in two bodies. to_new_of_older: to_new, for the older
+    /// atom of a bond with one that came later.
     int to_new, gone, to_new_of_older, n;
 
     explicit Columns(const PairRules &rules) : to_new(rules.plastic ? CEASED + 1 : PUSHING)
@@ -192,8 +193,8 @@ class VolumeForces : protected Pointers {
     }
   };
 
-  /// Pairs that have no other force here, with dlim for deq: for which of their atoms they count, in which column of the
-  /// densities. Of the last pack(), but for those without a bond, which are in the lists; of the last evaluate(), within dlim.
+  /// Pairs that have no other force here; their deq is their dlim. ends, column: for which of their atoms they count, and as
+  /// which density. all: of the last pack(), of bonds with a later atom only. now: those within dlim at the last evaluate().
   struct Others {
     Density column;
     Ends ends;
