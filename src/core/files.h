@@ -351,13 +351,29 @@ class BondReader {
       header.joins_by = {parse_number("JOIN", value), word == "JOIN_ALL:"};
     else if (word == "SPHERES:")
       header.spheres = parse_whole("SPHERES", value, 0);
-    else if (word == "MEASURED:") {
-      std::string one;
-      for (std::istringstream all(value); std::getline(all, one, ',');)
-        header.measures.push_back(parse_number("MEASURED", one));
-    } else
+    else if (word == "MEASURED:")
+      header.measures = parse_measures(value);
+    else
       return false;
     return true;
+  }
+
+  /// See BondMeasures::words().
+  static std::vector<double> parse_measures(const std::string &value)
+  {
+    std::vector<double> measures;
+    std::string one;
+    for (std::istringstream all(value); std::getline(all, one, ',');)
+      measures.push_back(parse_number("MEASURED", one));
+    bool fits = measures.size() % 2 == 1 && measures[0] == 1.0;
+    for (size_t k = 1; fits && k < measures.size(); k += 2)
+      fits = measures[k] >= 0.0 && measures[k + 1] >= 0.0 &&
+          (measures[k] > 0.0) == (measures[k + 1] > 0.0);
+    if (!fits)
+      throw BadInput("MEASURED must be 1 and for each pair of types spacing and coordination, both "
+                     "positive or both zero, got " +
+                     shown(value));
+    return measures;
   }
 
   void demand(const std::string &what, int64_t found, int64_t declared) const
