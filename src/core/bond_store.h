@@ -91,8 +91,7 @@ struct VolumeReference {
 
   enum Torn {
     BROKEN = 1,    ///< bonds have broken here: its new pairs do not pull on it
-    OPEN =
-        2    ///< torn open, beyond cavitation where bonds flow: its new pairs do not pull, on either atom
+    OPEN = 2       ///< by its strain, where bonds flow: its new pairs do not pull, on either atom
   };
   bool is_torn() const { return ((int) torn & (BROKEN | OPEN)) != 0; }
   bool is(Torn bit) const { return ((int) torn & bit) != 0; }

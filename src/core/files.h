@@ -213,9 +213,8 @@ struct BondHeader {
   double zone = 0.0;    ///< up to zone (R_i + R_j) pairs were recorded; 0: up to alpha
   int64_t contacts = 0, spheres = 0;
   BondCounts counts = {};
-  JoinRule joins_by = {};    ///< see BondStore
-  std::vector<double> measures =
-      {};    ///< of the bonds as recorded: BondMeasures::words(), empty without
+  JoinRule joins_by = {};               ///< see BondStore
+  std::vector<double> measures = {};    ///< BondMeasures::words(), empty without
 };
 
 /// One pair: IDs of its atoms, equilibrium distance [length]; its kind, or BOND.

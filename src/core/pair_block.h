@@ -199,8 +199,8 @@ EVP_INLINE int count_past_cutoff(const PairBlock &block, double slack = 0.0)
 class ChangingPairs : public PairConsumer {
  public:
   std::vector<int> found;    ///< indices of pairs
-  std::vector<double>
-      squared_distances;    ///< of these, as the forces saw them [length^2]: atoms may move before the step ends
+  /// Of these, as the forces saw them [length^2]: atoms may move before the step ends.
+  std::vector<double> squared_distances;
   const OwnerDistances *owners = nullptr;
 
   void clear()

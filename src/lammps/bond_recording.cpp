@@ -186,10 +186,6 @@ void BondRecording::record_file(const std::string &name, const PairRules &rules)
         counts = reader->header.counts;
         joins_by = reader->header.joins_by;
         of_file = reader->header.measures;
-        if (!of_file.empty() && of_file.size() != BondMeasures::words_of(atom->ntypes))
-          throw BadInput("the bonds were measured in a body of another number of atom types: give "
-                         "the box as many as then (bond file " +
-                         name + ")");
       }
       if (me == 0) state[0] = reader->read(lines, sphere_lines, LINES_PER_MESSAGE);
     } catch (const BadInput &bad) {
@@ -293,7 +289,10 @@ void BondRecording::give_to(BondStore &store)
 
   store.within = within;
   store.zone = zone;
-  if (!of_file.empty()) store.measures.unpack(of_file.data(), atom->ntypes);
+  if (!of_file.empty()) {    // the box may have other types beyond those of the file
+    of_file.resize(BondMeasures::words_of(atom->ntypes), 0.0);
+    store.measures.unpack(of_file.data(), atom->ntypes);
+  }
   store.record(made, atom->tag, sides / 2 + counts.ended - counts.begun, highest);
   if (store.has_history()) {
     if (comm->me == 0) store.set_counts(counts);

@@ -23,8 +23,8 @@ using namespace LAMMPS_NS;
 using namespace EVP;
 
 static constexpr double RESTART_FORMAT = 2011;    // first word of our section in restart files
-static constexpr size_t SECTION =
-    15;    // words of it in front of the measures and what the volume energy was taken for
+// words of it in front of the measures and what the volume energy was taken for
+static constexpr size_t SECTION = 15;
 
 // fix ID group evp/bonds [zone Z | file FILE] [within type|molecule] [new yes|no] [events FILE]
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :

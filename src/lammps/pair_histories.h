@@ -68,8 +68,8 @@ class PairHistories : protected Pointers {
   void commit(PairWork *work, VolumeForces *volume);
 
   /// Collective. Plastic strains and limits of the spheres, and which are torn open: at the steps that are due, and when a
-  /// minimization is at rest, after commit(). opens: do atoms beyond cavitation open? Not when a
-  /// minimization begins, as its potential must not change.
+  /// minimization is at rest, after commit(). opens: do atoms beyond cavitation open? Not when a minimization begins, as
+  /// its potential must not change.
   void move_limits(PairWork *work, VolumeForces *volume, bool opens);
 
   /// That the records are in.

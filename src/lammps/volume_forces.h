@@ -208,8 +208,8 @@ class VolumeForces : protected Pointers {
   bigint partners = -1;    // sum over the atoms with bonds, which tells whether they are the same
   Columns columns{PairRules()};
   int stride = 2;    // of pulls and batches
-  Values densities, pulls,
-      batches;    // of all atoms and ghosts; the last: the first of each, then its openness at the packing
+  // of all atoms and ghosts; batches: the batch of each, then its openness at the packing
+  Values densities, pulls, batches;
   std::vector<char> open;    // Openness of all atoms and ghosts; empty without plasticity
   bool any_open = false;
   std::vector<double> strains;    // of own atoms

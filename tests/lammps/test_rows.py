@@ -196,16 +196,19 @@ def test_a_new_fix_measures_again(lmp, bar):
 
 @pytest.mark.parametrize("newton", ("on", "off"))
 def test_a_bond_file_keeps_the_measures(lmp, bar, newton):
-    """A body that has flowed is read back with the factors of its recording. Control: its bonds are of another spacing by then."""
+    """A body that has flowed is read back with the factors of its recording, also into a box with one type more. Control: its bonds are of another spacing by then."""
     rows = coeffs({"* *": said(ONE, {**METAL, "kv": 0}) + " flow 0 1 1 2"}, "pair_style evp/lj contact none plasticity isotropic\n")
     state = thermo("pe pxx")
     flows = head(newton) + rows + BONDS + "velocity all ramp vx 0 60 x 0 0.04 units box\nfix move all nve\ntimestep 3e-7\n" + state
     first = lmp(flows + "run 300\nrun 0\nwrite_data flowed.data\nwrite_evp_bonds flowed.bonds\n").ok()
-    again = head(newton, start="read_data flowed.data") + rows + "fix bonds all evp/bonds{}\n" + state + "run 0\n"
-    kept, anew = lmp(again.format(" file flowed.bonds"), 2).ok(), lmp(again.format("")).ok()
+    again = "{}" + rows + "fix bonds all evp/bonds{}\n" + state + "run 0\n"
+    whole, wider = (head(newton, start=f"read_data flowed.data{words}") for words in ("", " extra/atom/types 1"))
+    kept, more, anew = (lmp(again.format(*parts), 2).ok() for parts in ((whole, " file flowed.bonds"), (wider, " file flowed.bonds"), (whole, "")))
     assert scaling_lines(kept) == scaling_lines(first) != scaling_lines(anew)
+    assert set(scaling_lines(first)) < set(scaling_lines(more)), "those with the third type are added"
     for name in ("PotEng", "Pxx"):
-        assert kept.thermo()[name][0] == pytest.approx(first.thermo()[name][-1], rel=1e-9), name
+        for run in (kept, more):
+            assert run.thermo()[name][0] == pytest.approx(first.thermo()[name][-1], rel=1e-9), name
 
 
 def test_volume_by_rows(lmp_decks, bar):
