@@ -187,7 +187,7 @@ endmacro()
 # LAMMPS' own utils.h is read too, since Debian bookworm leaves out the fmt folder that it includes.
 function(evp_host_check_headers)
   set(missing "")
-  file(GLOB sources ${CMAKE_CURRENT_SOURCE_DIR}/src/lammps/*.h ${CMAKE_CURRENT_SOURCE_DIR}/src/lammps/*.cpp)
+  file(GLOB_RECURSE sources ${CMAKE_CURRENT_SOURCE_DIR}/src/lammps/*.h ${CMAKE_CURRENT_SOURCE_DIR}/src/lammps/*.cpp)
   if(EXISTS "${EVP_HOST_INCLUDE}/utils.h")
     list(APPEND sources "${EVP_HOST_INCLUDE}/utils.h")
   endif()
@@ -196,7 +196,6 @@ function(evp_host_check_headers)
     foreach(line IN LISTS lines)
       string(REGEX REPLACE "^#include \"([^\"]*)\".*" "\\1" header "${line}")
       if(NOT EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/src/${header}"
-         AND NOT EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/src/lammps/${header}"
          AND NOT EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/cmake/include/${header}"
          AND NOT EXISTS "${EVP_HOST_INCLUDE}/${header}" AND NOT header STREQUAL version.h)
         list(APPEND missing ${header})

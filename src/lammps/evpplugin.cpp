@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Registration of the styles, and nothing else.
 
-#include "host_guard.h"
+#include "lammps/host_guard.h"
 
-#include "commands.h"
-#include "compute_evp_dt.h"
-#include "compute_evp_state_atom.h"
-#include "fix_dt_evp.h"
-#include "fix_evp_bonds.h"
-#include "fix_evp_energy.h"
-#include "fix_evp_heat.h"
-#include "fix_evp_volume.h"
-#include "fix_nve_evp.h"
-#include "pair_evp_lj.h"
+#include "lammps/bonds/compute_evp_state_atom.h"
+#include "lammps/bonds/fix_evp_bonds.h"
+#include "lammps/commands/commands.h"
+#include "lammps/damping/fix_nve_evp.h"
+#include "lammps/energy/fix_evp_energy.h"
+#include "lammps/heat/fix_evp_heat.h"
+#include "lammps/pairs/pair_evp_lj.h"
+#include "lammps/timestep/compute_evp_dt.h"
+#include "lammps/timestep/fix_dt_evp.h"
+#include "lammps/volume/fix_evp_volume.h"
 
 #include "comm.h"
 #include "force.h"

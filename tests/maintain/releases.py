@@ -39,7 +39,7 @@ def main(work, checksum, document):
     pathlib.Path(document).write_text(f"""# Releases, compilers and integer sizes that the plugin was tested with
 
 Written by `tests/maintain/releases.sh` on {datetime.date.today().isoformat()} ({system}, {platform.machine()}); sources {checksum}
-(first digits of the SHA-256 of `CMakeLists.txt cmake/*.* src/*/*.*`). Run it again after a change.
+(first digits of the SHA-256 of `CMakeLists.txt cmake/*.* src/*/*.* src/*/*/*.*`). Run it again after a change.
 
 {lines}
 

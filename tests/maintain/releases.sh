@@ -76,7 +76,7 @@ log=$work/log
 ! command -v ccache >/dev/null || export CMAKE_CXX_COMPILER_LAUNCHER=ccache
 install_missing_packages
 cd "$EVP_REPOSITORY"
-checksum=$(cat CMakeLists.txt cmake/*.* src/*/*.* | sha256sum | cut -c1-12)
+checksum=$(cat CMakeLists.txt cmake/*.* src/*/*.* src/*/*/*.* | sha256sum | cut -c1-12)
 
 # A finished build of this tree with these integers, by tools/setup.sh or by this command; sets lammps_build.
 find_lammps_build() {

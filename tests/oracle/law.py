@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Energies, stiffness, damping and cutoffs of the law of tools/evp/law.py, whose names are here, too: what the plugin is compared with.
 
-Written from the paper's equations; it shares no expression with src/core/law.h.
+Written from the paper's equations; it shares no expression with src/core/law/law.h.
 """
 
 import numpy as np

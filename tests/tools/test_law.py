@@ -51,7 +51,7 @@ def test_bad_rows_are_refused_with_their_rule(words, rule):
 
 
 def test_stored_energy_holds_at_any_strain():
-    """Against 60 digits, down to strains of the last bit of d; the parts are those of src/core/law.h too."""
+    """Against 60 digits, down to strains of the last bit of d; the parts are those of src/core/law/law.h too."""
     ref, row = read("stored_reference.csv")
     first, second = law.stored(ref["d"], ref["deq"], row)
     total = ref["first"] + ref["second"]

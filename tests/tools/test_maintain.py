@@ -60,7 +60,7 @@ READ of size 8 at 0x60 thread T0
 allocated by thread T0 here:
     #1 0x7f in LAMMPS_NS::FixEVPBonds::reserve(int) /somewhere/src/fix_evp_bonds.cpp:238
 """,
-    "undefined": "/somewhere/src/core/law.h:91:7: runtime error: division by zero\n    #0 0x7f in EVP::Law::force\n",
+    "undefined": "/somewhere/src/core/law/law.h:91:7: runtime error: division by zero\n    #0 0x7f in EVP::Law::force\n",
     "leak": """==7==ERROR: LeakSanitizer: detected memory leaks
 
 Direct leak of 8 byte(s) in 1 object(s) allocated from:

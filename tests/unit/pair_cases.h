@@ -5,7 +5,7 @@
 #ifndef EVP_PAIR_CASES_H
 #define EVP_PAIR_CASES_H
 
-#include "core/pair_block.h"
+#include "core/pairs/pair_block.h"
 
 #include <gtest/gtest.h>
 

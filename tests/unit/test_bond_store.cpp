@@ -2,7 +2,7 @@
 //
 // The records of the bonds: what travels with an atom, and when readers must look again.
 
-#include "core/bond_store.h"
+#include "core/bonds/bond_store.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 // set; connected sets, and the bodies of one MPI rank. The solve itself, body by body and on any
 // number of ranks: tests/lammps/test_bodies_apart.py.
 
-#include "core/cg.h"
+#include "core/damping/cg.h"
 #include "pair_cases.h"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 // Random damage to parameter files and bond files: whatever the bytes, the outcome is a checked value
 // or a BadInput whose text a terminal can show.
 
-#include "core/files.h"
+#include "core/law/files.h"
 
 #include <algorithm>
 #include <gtest/gtest.h>

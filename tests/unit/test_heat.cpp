@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Softening, and temperatures with latent heat.
 
-#include "core/heat.h"
+#include "core/heat/heat.h"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 // The loop of the timestep over bonds and contacts against PairLaw::state() pair by pair, and what the energy balance
 // takes from it.
 
-#include "core/energy_balance.h"
+#include "core/energy/energy_balance.h"
 #include "pair_cases.h"
 
 #include <limits>

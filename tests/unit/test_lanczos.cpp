@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // The largest eigenvalue against matrices whose spectrum is known in closed form.
 
-#include "core/stiffness_matrix.h"
+#include "core/timestep/stiffness_matrix.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 //
 // Lists of pairs and what changes with them; where pairs are at rest and how far they act.
 
-#include "core/contacts.h"
+#include "core/pairs/contacts.h"
 #include "pair_cases.h"
 
 #include <algorithm>

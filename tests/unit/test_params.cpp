@@ -3,9 +3,9 @@
 // From words to a checked row, and the text file of bonds: what is taken, what is written reads back
 // to the last bit, and the text that each refusal must give. What rows are multiplied by, of the bonds.
 
-#include "core/coefficients.h"
-#include "core/files.h"
-#include "core/seal.h"
+#include "core/law/coefficients.h"
+#include "core/law/files.h"
+#include "core/base/seal.h"
 
 #include <cmath>
 #include <cstdlib>

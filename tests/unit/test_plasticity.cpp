@@ -3,7 +3,7 @@
 // Plasticity of one pair against a map of its own, written as model and manual state it: long double, and quadrature
 // along the way. How far spheres hold.
 
-#include "core/limit.h"
+#include "core/law/limit.h"
 #include "pair_cases.h"
 
 #include <cmath>

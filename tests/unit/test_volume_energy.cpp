@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // The volume energy by hand, its forces against its slope, its stiffness against dense sums.
 
-#include "core/stiffness_matrix.h"
-#include "core/volume_energy.h"
+#include "core/timestep/stiffness_matrix.h"
+#include "core/volume/volume_energy.h"
 #include "pair_cases.h"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 
 Source: M. Gado, J.-L. Charles, I. Iordanoff, D. Coupard, CSMA 2017, hal-01899324; equation numbers
 are the paper's. This is the project's second writing of the law: it shares no expression with
-src/core/law.h, so that a test which compares the two means something.
+src/core/law/law.h, so that a test which compares the two means something.
 
 Distances d and deq may have any shapes that broadcast; units are those of the caller (the decks use
 SI: m, J, N). A positive force repels. The fields of a Row may be arrays too, one entry per pair.

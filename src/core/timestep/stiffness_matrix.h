@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: GPL-2.0-only
+#pragma once
+
+#include "core/volume/volume_energy.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+namespace EVP {
+
+/// Largest eigenvalue of the symmetric tridiagonal matrix with the given diagonal and off-diagonal,
+/// by bisection on the number of negative pivots (Sturm). off[k] couples k and k + 1.
+inline double largest_tridiagonal_eigenvalue(const std::vector<double> &diagonal,
+                                             const std::vector<double> &off)
+{
+  const size_t n = diagonal.size();
+  double low = diagonal[0], high = diagonal[0];
+  for (size_t k = 0; k < n; k++) {
+    const double radius =
+        (k > 0 ? std::fabs(off[k - 1]) : 0.0) + (k + 1 < n ? std::fabs(off[k]) : 0.0);
+    low = std::max(low, diagonal[k]);    // a Rayleigh quotient, hence no larger than the answer
+    high = std::max(high, diagonal[k] + radius);
+  }
+  const auto all_below = [&](double bound) {
+    double pivot = 1.0;
+    for (size_t k = 0; k < n; k++) {
+      pivot = diagonal[k] - bound - (k > 0 ? off[k - 1] * off[k - 1] / pivot : 0.0);
+      if (pivot >= 0.0) return false;
+    }
+    return true;
+  };
+  while (high - low > 1e-12 * std::max(std::fabs(high), std::fabs(low))) {
+    const double middle = 0.5 * (low + high);
+    if (middle == low || middle == high) break;
+    (all_below(middle) ? high : low) = middle;
+  }
+  return high;
+}
+
+struct LanczosResult {
+  double eigenvalue;    ///< largest Ritz value, approached from below
+  bool converged;
+};
+
+/// Largest eigenvalue of the symmetric positive semi-definite operator `apply(in, out)`.
+///
+/// start is the first vector (any length, may be empty on this rank; overwritten), dot(a, b) the
+/// inner product over all ranks. Stops when eight iterations in a row together raised the value by less than a tenth of
+/// tolerance of itself (a mode of which the start has little shows late), when the Krylov space is exhausted, or after
+/// max_iterations.
+template <class Apply, class Dot>
+LanczosResult largest_eigenvalue(std::vector<double> &start, Apply &&apply, Dot &&dot,
+                                 double tolerance, int max_iterations)
+{
+  const size_t n = start.size();
+  std::vector<double> &q = start;
+  std::vector<double> previous(n, 0.0), w(n, 0.0), diagonal, off;
+  const double norm = std::sqrt(dot(q, q));
+  if (!(norm > 0.0)) return {0.0, true};
+  for (double &value : q) value /= norm;
+
+  double beta = 0.0;
+  std::vector<double> history;
+  for (int it = 1; it <= max_iterations; it++) {
+    apply(q, w);
+    const double alpha = dot(q, w);
+    for (size_t k = 0; k < n; k++) w[k] -= alpha * q[k] + beta * previous[k];
+    diagonal.push_back(alpha);
+    history.push_back(largest_tridiagonal_eigenvalue(diagonal, off));
+    const double value = history.back();
+
+    if (it > 8 && value - history[it - 9] <= 0.1 * tolerance * value) return {value, true};
+    beta = std::sqrt(dot(w, w));
+    if (beta <= 1e-14 * std::fabs(value) || value == 0.0) return {value, true};
+    off.push_back(beta);
+    for (size_t k = 0; k < n; k++) {
+      previous[k] = q[k];
+      q[k] = w[k] / beta;
+    }
+  }
+  return {history.empty() ? 0.0 : history.back(), false};
+}
+
+/// The matrices K and C of the pairs that interact, linearised at the present positions.
+class StiffnessMatrix {
+ public:
+  /// Weights of axial stiffness, transverse stiffness, damping, volume stiffness and that of undamped links in a matrix.
+  struct Mix {
+    double axial, across, damping, volume = 0.0, undamped = 0.0;
+  };
+
+  /// A pair with at least one free particle. Forces on i are
+  /// -(axial u u^T + across (1 - u u^T)) (x_i - x_j) and -damping u u^T (v_i - v_j).
+  struct Link {
+    int i, j;
+    Vector u;
+    double axial, across;    ///< [force/length]
+    double damping;          ///< [force/velocity]
+  };
+
+  /// The part of a link in the volume energy.
+  struct VolumeLink {
+    double opening = 0.0;         ///< of minus the density of i and j by the length [1/length]
+    double above_volume = 0.0;    ///< all together no softer than the volume energy [force/length]
+    bool is_bond = true;          ///< does that density count as bonded?
+  };
+
+  std::vector<Link> links;
+
+  // of the volume energy: sum_i K_i b_i b_i^T, with b_i the derivative of the density of i, by all links or by bonds alone
+  bool with_volume = false;                         ///< the same on all ranks
+  std::vector<VolumeLink> volume_links;             ///< of the links; empty without
+  std::vector<VolumeStiffness> volume_stiffness;    ///< of own particles
+
+  std::vector<double> inverse_mass;    ///< of own particles and ghosts, 0 where held
+  std::vector<double> start;           ///< of Lanczos, three values per own particle, 0 where held
+  int nreact = 0;                      ///< particles below this index take the reaction
+
+  /// exchange_in: of three values per particle and ghost.
+  explicit StiffnessMatrix(PerAtomComm &exchange_in) : exchange(exchange_in) {}
+
+  bool is_free(int i) const { return inverse_mass[i] > 0.0; }
+
+  // of links, with the springs above the volume energy
+  double above_volume(size_t k) const { return with_volume ? volume_links[k].above_volume : 0.0; }
+  double most_axial(size_t k) const { return links[k].axial + above_volume(k); }
+  double undamped(size_t k) const { return links[k].damping > 0.0 ? 0.0 : most_axial(k); }
+
+  /// Collective. Of M^-1/2 (mixed matrix) M^-1/2 over the free particles; errors: see
+  /// EVP::largest_eigenvalue().
+  LanczosResult largest_eigenvalue(const Mix &mix, double tolerance, int max_iterations)
+  {
+    std::vector<double> vector = start;
+    return EVP::largest_eigenvalue(
+        vector,
+        [&](const auto &in, auto &out) {
+          apply(mix, in, out);
+        },
+        [&](const auto &a, const auto &b) {
+          return exchange.sum(std::inner_product(a.begin(), a.end(), b.begin(), 0.0));
+        },
+        tolerance, max_iterations);
+  }
+
+  /// Collective. Gershgorin: sum of absolute values of each row of M^-1 (mixed matrix) over the free
+  /// particles, three values per own particle, 0 where held. No eigenvalue is above the largest. The volume energy enters
+  /// by the springs above it.
+  std::vector<double> row_sums(const Mix &mix) const
+  {
+    // per particle: own block xx yy zz, xy xz yz, and absolute row sums towards free partners
+    std::vector<double> diagonal(3 * inverse_mass.size(), 0.0), off = diagonal, partners = diagonal;
+    for (size_t k = 0; k < links.size(); k++) {
+      const Link &link = links[k];
+      const double across = mix.across * link.across,
+                   axial = axial_in(mix, k) + mix.volume * above_volume(k);
+      const auto &[x, y, z] = link.u;
+      const double own[] = {axial * x * x + across, axial * y * y + across, axial * z * z + across};
+      const double beside[] = {axial * x * y, axial * x * z, axial * y * z};
+      const double xy = std::fabs(beside[0]), xz = std::fabs(beside[1]), yz = std::fabs(beside[2]);
+      const double rows[] = {std::fabs(own[0]) + xy + xz, std::fabs(own[1]) + xy + yz,
+                             std::fabs(own[2]) + xz + yz};
+      const auto add = [&](int i, int j) {
+        for (int c = 0; c < 3; c++) {
+          diagonal[(size_t) 3 * i + c] += own[c];
+          off[(size_t) 3 * i + c] += beside[c];
+          if (is_free(j)) partners[(size_t) 3 * i + c] += rows[c];
+        }
+      };
+      add(link.i, link.j);
+      if (link.j < nreact) add(link.j, link.i);
+    }
+    for (std::vector<double> *values : {&diagonal, &off, &partners}) exchange.reverse_comm(*values);
+
+    std::vector<double> sums(start.size());
+    for (size_t n = 0; n < sums.size(); n++) {
+      const double *b = &off[n - n % 3];
+      const double xy = std::fabs(b[0]), xz = std::fabs(b[1]), yz = std::fabs(b[2]);
+      const double beside[] = {xy + xz, xy + yz, xz + yz};
+      const double sum = std::fabs(diagonal[n]) + beside[n % 3] + partners[n];
+      sums[n] = inverse_mass[n / 3] * sum;
+    }
+    return sums;
+  }
+
+  /// Collective. Finds VolumeLink::above_volume. By Cauchy and Schwarz (sum_j b e_j)^2 <= (sum_j b) (sum_j b e_j^2).
+  void find_springs_above_volume()
+  {
+    find_pulls(1.0, [this](size_t k) {
+      return volume_links[k].opening;
+    });
+    for (size_t k = 0; k < links.size(); k++)
+      volume_links[k].above_volume = volume_links[k].opening * pull(k);
+  }
+
+  double memory_usage() const
+  {
+    return bytes_of(links, volume_links, volume_stiffness, inverse_mass, start, motion, reaction,
+                    change);
+  }
+
+ private:
+  PerAtomComm &exchange;
+  std::vector<double> motion, reaction, change;    // with ghosts
+
+  double axial_in(const Mix &mix, size_t k) const
+  {
+    return mix.axial * links[k].axial + mix.damping * links[k].damping +
+        mix.undamped * undamped(k) - mix.across * links[k].across;
+  }
+
+  void apply(const Mix &mix, const std::vector<double> &in, std::vector<double> &out)
+  {
+    const auto scale = [this](const std::vector<double> &from, std::vector<double> &to) {
+      for (size_t i = 0; 3 * i < start.size(); i++) {
+        const double root = std::sqrt(inverse_mass[i]);
+        for (size_t k = 3 * i; k < 3 * i + 3; k++) to[k] = root * from[k];
+      }
+    };
+    motion.assign(3 * inverse_mass.size(), 0.0);
+    scale(in, motion);
+    exchange.forward_comm(motion);
+
+    reaction.assign(motion.size(), 0.0);
+    for (size_t k = 0; k < links.size(); k++) {
+      const Link &link = links[k];
+      const Vector dv = vector_of(motion, link.i) - vector_of(motion, link.j);
+      const double along = axial_in(mix, k) * dot(link.u, dv);
+      react(link, link.u * along + dv * (mix.across * link.across));
+    }
+    if (with_volume && mix.volume > 0.0) apply_volume(mix.volume);
+    exchange.reverse_comm(reaction);
+    scale(reaction, out);
+  }
+
+  // change: weight K_i of each particle times the sum of share(link) over its links, then the same of bonds. Exchanges have
+  // three values per particle, of which these are used
+  template <class Share> void find_pulls(double weight, Share &&share)
+  {
+    change.assign(3 * inverse_mass.size(), 0.0);
+    const auto add = [this](int i, bool is_bond, double value) {
+      change[(size_t) 3 * i] += value;
+      if (is_bond) change[(size_t) 3 * i + 1] += value;
+    };
+    for (size_t k = 0; k < links.size(); k++) {
+      const double value = share(k);
+      add(links[k].i, volume_links[k].is_bond, value);
+      if (links[k].j < nreact) add(links[k].j, volume_links[k].is_bond, value);
+    }
+    exchange.reverse_comm(change);
+    for (size_t i = 0; i < volume_stiffness.size(); i++) {
+      change[3 * i] *= weight * volume_stiffness[i].total;
+      change[3 * i + 1] *= weight * volume_stiffness[i].bonded;
+    }
+    exchange.forward_comm(change);
+  }
+
+  // on a link, after find_pulls()
+  double pull(size_t k) const
+  {
+    const double *const of_i = &change[(size_t) 3 * links[k].i],
+                        *const of_j = &change[(size_t) 3 * links[k].j];
+    return of_i[0] + of_j[0] + (volume_links[k].is_bond ? of_i[1] + of_j[1] : 0.0);
+  }
+
+  // adds sum_i K_i b_i b_i^T motion to reaction
+  void apply_volume(double weight)
+  {
+    find_pulls(weight, [this](size_t k) {
+      const Link &link = links[k];
+      return volume_links[k].opening *
+          dot(link.u, vector_of(motion, link.i) - vector_of(motion, link.j));
+    });
+    for (size_t k = 0; k < links.size(); k++)
+      react(links[k], links[k].u * (volume_links[k].opening * pull(k)));
+  }
+
+  void react(const Link &link, const Vector &force)
+  {
+    force.add_to(&reaction[(size_t) 3 * link.i]);
+    if (link.j < nreact) force.subtract_from(&reaction[(size_t) 3 * link.j]);
+  }
+};
+
+}    // namespace EVP

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "lammps/bonds/compute_evp_state_atom.h"
+
+#include "lammps/base/scene.h"
+#include "lammps/base/script_variables.h"
+#include "lammps/base/user_input.h"
+#include "lammps/bonds/fix_evp_bonds.h"
+
+#include "compute_stress_atom.h"
+#include "group.h"
+#include "math_const.h"
+
+#include <algorithm>
+
+using namespace LAMMPS_NS;
+using namespace EVP;
+
+// in the order of Value
+static const std::vector<std::string> VALUES = {"plastic_work", "plastic_strain", "volume_strain",
+                                                "von_mises",    "triaxiality",    "bonds_now"};
+
+// compute ID group evp/state/atom [value ...] [fraction PHI]
+ComputeEVPStateAtom::ComputeEVPStateAtom(LAMMPS *lmp, int narg, char **arg) :
+    WithPerAtomComm(lmp, narg, arg)
+{
+  for (int iarg = 3; iarg < narg; iarg++) {
+    const auto at = std::find(VALUES.begin(), VALUES.end(), arg[iarg]);
+    if (at != VALUES.end()) {
+      const auto value = (Value) (at - VALUES.begin());
+      if (value == Value::VON_MISES || value == Value::TRIAXIALITY)
+        scene::demand_three_dimensions(domain, error, who, arg[iarg],
+                                       "use 'dimension 3', or leave the value out");
+      values.push_back(value);
+    } else if (strcmp(arg[iarg], "fraction") == 0) {
+      for_each_keyword(error, who, std::min(2, narg - iarg), arg + iarg, {"fraction"}, "",
+                       [this](const Keyword &given) {
+                         fraction = given.number();
+                         given.demand(fraction > 0.0 && fraction <= 1.0,
+                                      "must be above 0 and at most 1");
+                       });
+      iarg++;
+    } else
+      error->all(FLERR, "{}: unknown keyword '{}'; it takes {}, fraction", who, arg[iarg],
+                 utils::join_words(VALUES, ", "));
+  }
+  if (has(Value::VON_MISES) && fraction == 0.0)
+    error->all(FLERR,
+               "{}: von_mises needs 'fraction', the volume of all spheres divided by that of the "
+               "body: a stress is a force per area of the body",
+               who);
+
+  if (has(Value::VOLUME_STRAIN) && !scene::find_fix(modify, "evp/volume"))
+    error->all(FLERR,
+               "{}: volume_strain is that of fix evp/volume: define it before (with a KV of 0 "
+               "it only measures)",
+               who);
+
+  std::vector<std::string> names = {"bonds", "share_second", "share_lost", "new_pairs"};
+  for (const Value value : values) names.push_back(VALUES[(size_t) value]);
+  std::string titles;    // for dump_modify
+  for (size_t k = 0; k < names.size(); k++)
+    titles += fmt::format("colname c_{}[{}] {} ", id, k + 1, names[k]);
+  set_script_variable(lmp, who, std::string(id) + "_titles", titles,
+                      "give the compute another ID, or rename that variable");
+
+  peratom_flag = 1;
+  size_peratom_cols = (int) names.size();
+  comm_reverse = NCOUNTS;
+  if (!has(Value::VON_MISES) && !has(Value::TRIAXIALITY)) return;
+
+  // LAMMPS does not know this one: the buffers and the flags are those of this compute
+  std::vector<std::string> words = {id, group->names[igroup], "stress/atom", "NULL", "virial"};
+  std::vector<char *> args;
+  for (std::string &word : words) args.push_back(word.data());
+  stress = std::make_unique<ComputeStressAtom>(lmp, (int) args.size(), args.data());
+  comm_reverse = std::max(comm_reverse, stress->comm_reverse);
+  pressatomflag = stress->pressatomflag;
+  timeflag = stress->timeflag;
+}
+
+bool ComputeEVPStateAtom::has(Value value) const
+{
+  return std::find(values.begin(), values.end(), value) != values.end();
+}
+
+void ComputeEVPStateAtom::init()
+{
+  PairData::require(force, error, who);
+  if (stress) stress->init();
+}
+
+void ComputeEVPStateAtom::compute_peratom()
+{
+  invoked_peratom = update->ntimestep;
+  if (atom->nmax > nmax) {
+    nmax = atom->nmax;
+    memory->grow(array_atom, nmax, size_peratom_cols, "evp/state/atom:array_atom");
+  }
+
+  const auto *pair_data = PairData::require_present(force, error, who);
+  add_pairs(pair_data);
+  reverse_comm(sums);
+  if (stress) stress->compute_peratom();
+  if (pair_data->bonds() && pair_data->bonds()->has_history())
+    dynamic_cast<FixEVPBonds *>(scene::find_fix(modify, "evp/bonds"))->return_histories();
+
+  const BondStore *bonds = pair_data->bonds();
+  for (int i = 0; i < atom->nlocal; i++) {
+    double *state = array_atom[i];
+    const double *count = &sums[(size_t) comm_reverse * i];
+    const bool in_group = atom->mask[i] & groupbit;
+    double recorded = 0.0;
+    if (in_group && bonds)
+      recorded = bonds->has_history() ? bonds->sphere(i).recorded : (double) bonds->of(i).size();
+    state[0] = recorded;
+    state[1] = recorded > 0.0 ? count[SECOND] / recorded : 0.0;
+    state[2] = recorded > 0.0 ? std::max(0.0, 1.0 - count[WITHIN] / recorded) : 0.0;
+    state[3] = in_group ? count[UNBONDED] : 0.0;
+    for (size_t k = 0; k < values.size(); k++)
+      state[NCOLUMNS + k] = in_group ? value_of(values[k], i, pair_data) : 0.0;
+  }
+}
+
+void ComputeEVPStateAtom::add_pairs(const PairData *pair_data)
+{
+  const PairLists &list = pair_data->packed_pairs();
+  sums.assign((size_t) comm_reverse * list.nall, 0.0);
+  for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
+    if (!p.acts()) return;
+    const bool second = p.is_bond && pair_data->state_of(p).regime == 2;
+    for (const int owner : {p.i, p.j}) {
+      if (owner == p.j && p.j >= list.nreact) continue;
+      double *sum = &sums[(size_t) comm_reverse * owner];
+      sum[p.is_bond ? WITHIN : UNBONDED] += 1.0;
+      if (second) sum[SECOND] += 1.0;
+    }
+  });
+}
+
+double ComputeEVPStateAtom::value_of(Value value, int i, const PairData *pair_data) const
+{
+  const BondStore *const bonds = pair_data->bonds();
+  const bool with_history = bonds && bonds->has_history();
+  switch (value) {
+    case Value::PLASTIC_WORK:
+      return with_history ? bonds->sphere(i).work : 0.0;
+    case Value::PLASTIC_STRAIN:
+      return with_history ? bonds->sphere(i).p : 0.0;
+    case Value::BONDS_NOW:
+      return sums[(size_t) comm_reverse * i + WITHIN];
+    case Value::VOLUME_STRAIN:
+      return pair_data->volume() ? pair_data->volume()->strain(i) : 0.0;
+    default:
+      break;
+  }
+  const double *const of_volume = stress->array_atom[i];    // xx yy zz xy xz yz
+  const double mean = (of_volume[0] + of_volume[1] + of_volume[2]) / 3.0;
+  double squared = 0.0;    // of the norm of the deviator
+  for (int c = 0; c < 3; c++)
+    squared +=
+        (of_volume[c] - mean) * (of_volume[c] - mean) + 2.0 * of_volume[c + 3] * of_volume[c + 3];
+  const double mises = std::sqrt(1.5 * squared);
+  if (value == Value::TRIAXIALITY) return mises > 0.0 ? mean / mises : 0.0;
+  const double radius = atom->radius[i];
+  return mises * fraction / (MathConst::MY_4PI3 * radius * radius * radius);
+}
+
+double ComputeEVPStateAtom::memory_usage()
+{
+  return (double) nmax * size_peratom_cols * sizeof(double) + bytes_of(sums) +
+      (stress ? stress->memory_usage() : 0.0);
+}

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-2.0-only
+#pragma once
+
+#include "compute.h"
+#include "lammps/base/per_atom.h"
+#include "lammps/pairs/pair_data.h"
+
+#include "memory.h"
+
+#include <memory>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+/// Per atom: pairs recorded, share of them in the second regime, share past dlim, new pairs; behind
+/// them what else was asked for.
+class ComputeEVPStateAtom : public EVP::WithPerAtomComm<Compute> {
+ public:
+  ComputeEVPStateAtom(class LAMMPS *, int, char **);
+  ~ComputeEVPStateAtom() override { memory->destroy(array_atom); }
+
+  void init() override;
+  void compute_peratom() override;
+  double memory_usage() override;
+
+ private:
+  static constexpr int NCOLUMNS = 4;    // that are always there
+
+  enum class Value {
+    PLASTIC_WORK,
+    PLASTIC_STRAIN,
+    VOLUME_STRAIN,
+    VON_MISES,
+    TRIAXIALITY,
+    BONDS_NOW
+  };
+  std::vector<Value> values;    // of the further columns
+  double fraction = 0.0;        // volume of the spheres over that of the body
+
+  /// Sums of an atom over its pairs: bonds within dlim, of these in the second regime or at their limit; new pairs.
+  enum Count { WITHIN, SECOND, UNBONDED, NCOUNTS };
+
+  Values sums;    // comm_reverse of them per atom and ghost
+  int nmax = 0;
+  std::unique_ptr<Compute> stress;    // stress times volume of each atom, where needed
+
+  bool has(Value) const;
+  void add_pairs(const EVP::PairData *);
+  double value_of(Value, int i, const EVP::PairData *) const;
+};
+
+}    // namespace LAMMPS_NS

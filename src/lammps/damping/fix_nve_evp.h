@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-2.0-only
+#pragma once
+
+#include "core/damping/dampers.h"
+#include "core/heat/heat.h"
+#include "lammps/base/per_atom.h"
+#include "lammps/damping/damping_solver.h"
+#include "lammps/pairs/pair_data.h"
+
+#include "domain.h"
+
+#include <array>
+#include <memory>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+/// Leapfrog with the damping of pair style evp/lj taken at the end of the step:
+/// (M + dt C) v+ = M v- + dt (F(x) - T), then x += dt v+.
+///
+/// Each damper sees the separation rate of the whole step, (|r + dt v+| - |r|)/dt = u.v+ + rotation (see
+/// EVP::separation_rate): where a pair rotates without strain, u.v+ along its old direction u is not zero.
+///
+/// Between steps atoms hold v = (v- + v+)/2, and f holds F plus the damping force that took v- to v+,
+/// so that both half kicks are those of plain leapfrog and other fixes read the whole force.
+/// The records are unwrapped positions at the last solve, where a fix move may turn or accelerate atoms.
+class FixNVEEVP : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, std::array<double, 3>> {
+ public:
+  FixNVEEVP(class LAMMPS *, int, char **);
+  ~FixNVEEVP() override { atom->delete_callback(id, Atom::GROW); }
+
+  int setmask() override
+  {
+    using namespace FixConst;
+    return INITIAL_INTEGRATE | FINAL_INTEGRATE | POST_FORCE | MIN_POST_FORCE | POST_RUN;
+  }
+  void init() override;
+  void setup(int) override;
+  void post_force(int vflag) override { vflag_now = vflag; }
+  void initial_integrate(int) override;
+  void final_integrate() override;
+  void post_run() override { warn_of_rotation(); }
+
+  // no damping acts in a minimization: the virial of the last run must not stay in its pressure
+  void min_setup(int vflag) override { v_init(vflag); }
+  void min_post_force(int vflag) override { v_init(vflag); }
+
+  /// Damping force that f holds now [force], three values per local atom; empty without damping.
+  const std::vector<double> &applied_damping() const { return applied; }
+
+  /// Power that the dampers of this MPI rank take [energy/time], in the mean over the half step before
+  /// the present positions, or after them; pairs that another rank holds too count by half. Known where
+  /// a fix evp/energy is defined.
+  double power_before() const { return dampers.power(false); }
+  double power_after() const { return dampers.power(true); }
+
+  /// Power that a box which deforms with 'remap v' puts in by the dampers across its boundary, at the
+  /// present positions, on this MPI rank [energy/time]; where power_before() is known.
+  double power_of_box() const;
+
+  // f_ID: iterations of the last solve; f_ID[1], f_ID[2]: their mean and maximum in this run
+  double compute_scalar() override { return last_iterations; }
+  double compute_vector(int n) override
+  {
+    if (n == 1) return most_iterations;
+    return solves ? (double) all_iterations / solves : 0.0;
+  }
+
+  double memory_usage() override
+  {
+    return dampers.memory_usage() + solver.memory_usage() + AtomRecords::memory_usage() +
+        EVP::bytes_of(velocities, image_velocities, prescribed, applied);
+  }
+  void set_arrays(int i) override
+  {
+    if (keeps_records()) domain->unmap(atom->x[i], atom->image[i], records[i].data());
+  }
+
+ private:
+  EVP::PairData *pair_data = nullptr;
+  int others_groupbits = 0;               // groups of the other fixes that move atoms by forces
+  std::vector<const Fix *> null_moves;    // those of style move with a component NULL
+  bool forces_follow = false;       // fixes defined later add forces, at set-up after its solve
+  std::weak_ptr<EVP::Heat> heat;    // of fix evp/heat, which may go between runs
+  bool balance_wanted = false;    // fixes evp/energy and evp/heat ask for the power of the dampers
+  bool rotation_warned = false;
+  bool positions_known = false;    // the records are those of the last solve
+
+  EVP::Dampers dampers;
+  EVP::DampingSolver solver;
+  Values velocities;          // with ghosts: mean ones over the last step; where balance_wanted
+  Values image_velocities;    // of periodic images against their owners; where balance_wanted
+  Values prescribed;          // velocities after the step, used outside the group
+  Values applied;    // damping force that f holds, from one solve to the kick after it; or empty
+  double dt_applied = 0.0;    // timestep that it was solved for, 0 if it must be solved anew
+  int vflag_now = 0;
+
+  int last_iterations = 0, most_iterations = 0;
+  bigint all_iterations = 0, solves = 0;
+
+  bool in_group(int i) const { return atom->mask[i] & groupbit; }
+  void check_groups() const;
+  std::string null_components(const Fix *move) const;
+  void find_null_moves();
+  void stop_at_integrated(int i) const;
+  void collect_dampers();
+  void find_rates(double dt);
+  void remember_positions();
+  template <class F> void for_each_mean_velocity(double dt, F &&f) const;
+  void warn_of_rotation();
+  void kick(bool after);
+  void solve_and_apply(double h);
+  void tally_virial();
+};
+
+}    // namespace LAMMPS_NS

@@ -1,0 +1,675 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "lammps/heat/fix_evp_heat.h"
+
+#include "core/base/seal.h"
+#include "core/timestep/stiffness_matrix.h"
+#include "lammps/base/collective.h"
+#include "lammps/base/scene.h"
+#include "lammps/base/user_input.h"
+
+#include "comm.h"
+#include "fix_neigh_history.h"
+#include "neigh_list.h"
+#include "neighbor.h"
+#include "pair.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+using namespace LAMMPS_NS;
+using namespace EVP;
+
+static constexpr double RESTART_FORMAT = 2008;    // first word of our section in restart files
+static constexpr double RATE_STEPS = 100.0;       // over which strain rates are smoothed
+static constexpr int MOST_UNSEEN = 50;            // times that heat is handed out near the limit
+
+// fix ID group evp/heat [every 100] [taylor 0.9]
+FixEVPHeat::FixEVPHeat(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp, narg, arg)
+{
+  for_each_keyword(error, who, narg - 3, arg + 3, {"every", "taylor"}, " and ",
+                   [this](const Keyword &word) {
+                     const double value = word.number();
+                     if (word.is("every")) {
+                       word.demand(value >= 1.0 && value <= 1.0e9 && value == std::floor(value),
+                                   "must be an integer from 1 to 1e9 (steps)");
+                       every = (int) value;
+                     } else {
+                       word.demand(value >= 0.0 && value <= 1.0,
+                                   "must lie between 0 and 1 (share of plastic work that is heat)");
+                       of_plastic = value;
+                     }
+                   });
+  scene::demand_only_one(modify, error, this, who);
+  comm_forward = 2;
+  comm_reverse = 1;
+  dynamic_group_allow = 0;
+  restart_global = restart_peratom = 1;
+  nevery = 1;
+  scene::offer_values(this, NACCOUNTS + 2);
+  peratom_flag = peratom_freq = 1;
+  size_peratom_cols = 0;
+  keep_records();
+  takes_new = true;
+  atom->add_callback(Atom::GROW);
+  atom->add_callback(Atom::RESTART);
+}
+
+FixEVPHeat::~FixEVPHeat()
+{
+  atom->delete_callback(id, Atom::GROW);
+  atom->delete_callback(id, Atom::RESTART);
+}
+
+void FixEVPHeat::grow_arrays(int nmax)
+{
+  AtomRecords::grow_arrays(nmax);
+  through.resize(nmax);
+  vector_atom = through.data();
+}
+
+void FixEVPHeat::copy_arrays(int i, int j, int delflag)
+{
+  AtomRecords::copy_arrays(i, j, delflag);
+  through[j] = records[j].out;
+}
+
+int FixEVPHeat::unpack_exchange(int i, double *buf)
+{
+  const int words = AtomRecords::unpack_exchange(i, buf);
+  through[i] = records[i].out;
+  return words;
+}
+
+void FixEVPHeat::init()
+{
+  pair_data = PairData::require(force, error, who);
+  scene::refuse_respa(update, error, who);
+  if (!scene::find_fix(modify, "evp/bonds"))
+    error->all(FLERR,
+               "{} needs fix evp/bonds, along whose bonds heat flows: define one before the run",
+               who);
+  if (!atom->temperature_flag || !atom->heatflow_flag)
+    error->all(FLERR,
+               "{} needs atoms with a temperature and a heat flow: define 'fix ID all "
+               "property/atom temperature heatflow ghost yes' and 'set group all temperature T' "
+               "before it",
+               who);
+  rows.resize(1);
+  for (int type = 1; type <= atom->ntypes; type++) rows.push_back(pair_data->row_of(type));
+  others_pairs = force->pair_match("evp/lj", 1) != force->pair;
+  others_groupbits = 0;
+  for (const Fix *other : modify->get_fix_list())
+    if (utils::strmatch(other->style, "^heat/flow")) others_groupbits |= other->groupbit;
+  const auto bonds = scene::find_shared<const BondStore>(modify);
+  check_atoms(*bonds);
+  find_granular_styles();
+  damping_time = bound_seen = 0.0;
+  stepping = false;
+  is_packed = false;    // a run brings home what it has added; ghosts may be others since
+  generated.clear();
+  if (update->whichflag == 2) {    // at rest nothing flows
+    since_limits = 0.0;
+    for (int i = 0; i < atom->nlocal; i++) records[i].rate = 0.0;
+  }
+  // bonds that are there may hold too much: the first step sees to that, and to its work
+  if (!std::exchange(begun, true) && !bonds->has_recorded()) take_factors();
+  report_unlike_types();
+}
+
+// by the smallest ID, so that any number of MPI ranks says the same. Atoms that came after the recording may get a temperature
+// from their bonds, see warm_new_atoms()
+void FixEVPHeat::check_atoms(const BondStore &bonds) const
+{
+  enum { TEMPERATURE, TWICE, ROW, N };
+  std::array<tagint, N> first;
+  first.fill(MAXTAGINT);
+  for (int i = 0; i < atom->nlocal; i++) {
+    const Row &row = rows[atom->type[i]];
+    const auto note = [&](int what) {
+      first[what] = std::min(first[what], atom->tag[i]);
+    };
+    const double temperature = atom->temperature[i];
+    const bool has_none = temperature == 0.0 && bonds.has_recorded() && bonds.is_new(i);
+    if (!(temperature > 0.0 && std::isfinite(temperature)) && !has_none) note(TEMPERATURE);
+    if (is_free(i) && (atom->mask[i] & others_groupbits)) note(TWICE);
+    if ((is_free(i) && row.capacity == 0.0) || (row.conductivity > 0.0 && row.density == 0.0))
+      note(ROW);
+  }
+  first = reduce_all(first, MPI_MIN, world);
+  if (first[TEMPERATURE] < MAXTAGINT)
+    error->all(
+        FLERR,
+        "{}: the temperature of atom {} is not set (zero), negative or not finite: use 'set ... "
+        "temperature T' with a positive T before the run; after read_restart define fix "
+        "property/atom first, with the ID that it had",
+        who, first[TEMPERATURE]);
+  if (first[TWICE] < MAXTAGINT)
+    error->all(FLERR,
+               "{}: atom {} is of a fix heat/flow too, which would warm it a second time: leave "
+               "it to one of the two",
+               who, first[TWICE]);
+  if (first[ROW] < MAXTAGINT)
+    error->all(
+        FLERR,
+        "{}: the row of the type of atom {} lacks what heat needs: add 'capacity CP' and, with "
+        "'conductivity K', 'density RHO' of the solid, or leave atoms that are to hold "
+        "their temperature out of the group",
+        who, first[ROW]);
+}
+
+void FixEVPHeat::report_unlike_types()
+{
+  constexpr double Row::*OF_HEAT[] = {&Row::conductivity, &Row::capacity, &Row::soften_tref,
+                                      &Row::soften_tmelt, &Row::soften_m, &Row::soften_floor,
+                                      &Row::melt,         &Row::rate,     &Row::rate_rate0};
+  std::string line;
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i + 1; j <= atom->ntypes; j++) {
+      const Row row = pair_data->row_of(i, j);
+      bool any = false, differs = false;
+      for (const auto member : OF_HEAT) {
+        any = any || row.*member != Row{}.*member;
+        differs = differs || row.*member != rows[i].*member || row.*member != rows[j].*member;
+      }
+      if (any && differs) line += fmt::format("{}{} {}", line.empty() ? "" : ", ", i, j);
+    }
+  if (line == std::exchange(last_unlike, line) || line.empty() || comm->me) return;
+  utils::logmesg(
+      lmp,
+      "fix evp/heat {}: conductivity, capacity, soften, melt and rate of the rows of types {} "
+      "are not used: those of like types hold\n",
+      id, line);
+}
+
+void FixEVPHeat::setup(int /*vflag*/)
+{
+  for (int i = 0; i < atom->nlocal; i++) through[i] = records[i].out;
+  if (update->whichflag != 1) return;
+  find_friction();
+  find_powers();
+  find_links(pair_data->packed_pairs());
+  const double step = every * update->dt;
+  const bool is_near = step * eigenvalue_bound() > 2.0, is_first = !std::exchange(limit_told, true);
+  if (is_near || is_first) find_limit();
+  if (is_first && comm->me == 0)
+    utils::logmesg(lmp,
+                   "fix evp/heat {}: largest stable thermal step {:.6g}, every {} steps of {:.6g}: "
+                   "{:.6g}\n",
+                   id, limit, every, update->dt, step);
+  if (is_near && scene::makes_steps(lmp)) check_step(step);
+}
+
+void FixEVPHeat::initial_integrate(int /*vflag*/)
+{
+  step_time = update->dt;
+  add_friction();
+}
+
+// heat flow is that of one step: LAMMPS' styles add to it
+void FixEVPHeat::pre_force(int /*vflag*/)
+{
+  stepping = true;
+  elapsed += update->dt;
+  since_limits += update->dt;
+  damping_time = update->dt;
+  if (neighbor->ago == 0) send_temperatures();
+  if (!others_groupbits)
+    std::fill_n(atom->heatflow, atom->nlocal + atom->nghost, 0.0);    // else fix heat/flow does
+}
+
+void FixEVPHeat::end_of_step()
+{
+  damping_time = 0.0;
+  if (!std::exchange(stepping, false)) return;
+  find_powers();
+  add_friction();
+  const int nlocal = atom->nlocal;
+  double *const heatflow = atom->heatflow;
+  if (others_pairs && !others_groupbits) {
+    Values of_ghosts(heatflow, heatflow + nlocal + atom->nghost);
+    reverse_comm(of_ghosts);
+    std::copy_n(of_ghosts.begin(), nlocal, heatflow);
+  }
+  for (int i = 0; i < nlocal; i++) {
+    through[i] = records[i].out;
+    if (heatflow[i] == 0.0 || (atom->mask[i] & others_groupbits)) continue;
+    const double energy = step_time * heatflow[i];
+    records[i].waiting += energy;
+    account[OF_OTHERS] += energy;
+  }
+}
+
+// Of granular styles the heat of their tangential forces is known where single() tells of these
+void FixEVPHeat::find_granular_styles()
+{
+  granular.clear();
+  friction_pairs.clear();
+  for (int n = 1; Pair *const pair = force->pair_match("^gran", 0, n); n++) {
+    if (!granular.empty() && pair == granular.back().pair) break;    // the only one, whatever n
+    if (!pair->single_enable || pair->single_extra < 4) continue;
+    granular.push_back({pair, nullptr, utils::strmatch(force->pair_match_ptr(pair), "^granular")});
+    for (Fix *const fix : modify->get_fix_list())
+      if (auto *const memory = dynamic_cast<FixNeighHistory *>(fix); memory && memory->pair == pair)
+        granular.back().memory = memory;
+  }
+}
+
+// The tangential forces that act, by single() at the velocities that they were found at. It moves what a pair that slips
+// remembers once more: that is put back
+void FixEVPHeat::find_friction()
+{
+  friction_pairs.clear();
+  const int *const type = atom->type;
+  for (const auto &[pair, memory, shortens_arms] : granular) {
+    const NeighList *const neighbors = pair->list;
+    const int width = memory ? memory->get_dnum() : 0;
+    for (int ii = 0; ii < neighbors->inum; ii++) {
+      const int i = neighbors->ilist[ii];
+      for (int jj = 0; jj < neighbors->numneigh[i]; jj++) {
+        const int j = neighbors->firstneigh[i][jj] & NEIGHMASK;
+        const double weight = force->special_lj[neighbors->firstneigh[i][jj] >> SBBITS & 3];
+        const PairGeometry g(scene::rows(atom->x), i, j);
+        if (!(g.dsq < pair->cutsq[type[i]][type[j]]) || weight == 0.0) continue;
+        double *const values = memory ? memory->firstvalue[i] + (size_t) width * jj : nullptr;
+        remembered.assign(values, values + width);
+        double normal;
+        pair->single(i, j, type[i], type[j], g.dsq, 1.0, 1.0, normal);
+        std::copy(remembered.begin(), remembered.end(), values);
+        if (pair->svector[3] == 0.0) continue;
+        const double d = std::sqrt(g.dsq), radius_i = atom->radius[i], radius_j = atom->radius[j];
+        const double shorter = shortens_arms ? 0.5 * (radius_i + radius_j - d) : 0.0;
+        friction_pairs.push_back({i, j, Vector(pair->svector) * weight, g * (1.0 / d),
+                                  radius_i - shorter, radius_j - shorter, 0.0});
+      }
+    }
+  }
+}
+
+// Collective. What these forces take, by the velocities of a whole step, which ghosts do not have
+void FixEVPHeat::find_powers()
+{
+  if (granular.empty()) return;
+  constexpr int WIDTH = 6;
+  const int nlocal = atom->nlocal;
+  moving.resize((size_t) WIDTH * (nlocal + atom->nghost));
+  for (int i = 0; i < nlocal; i++) {
+    std::copy_n(atom->v[i], 3, &moving[(size_t) WIDTH * i]);
+    std::copy_n(atom->omega[i], 3, &moving[(size_t) WIDTH * i + 3]);
+  }
+  const int width = std::exchange(comm_forward, WIDTH);    // granular styles send more
+  forward_comm_velocities(moving);
+  comm_forward = width;
+  for (FrictionPair &pair : friction_pairs) {
+    const double *const of_i = &moving[(size_t) WIDTH * pair.i];
+    const double *const of_j = &moving[(size_t) WIDTH * pair.j];
+    const Vector spin = Vector(of_i + 3) * pair.arm_i + Vector(of_j + 3) * pair.arm_j,
+                 n = pair.along;
+    const Vector turning(spin.y * n.z - spin.z * n.y, spin.z * n.x - spin.x * n.z,
+                         spin.x * n.y - spin.y * n.x);
+    pair.power = -dot(pair.force, Vector(of_i) - Vector(of_j) - turning);
+  }
+}
+
+// What they take in half a step: that which they end, or begin
+void FixEVPHeat::add_friction()
+{
+  for (const FrictionPair &pair : friction_pairs)
+    add(pair.i, pair.j, pair.j < atom->nlocal || force->newton_pair, 0.5 * step_time * pair.power);
+}
+
+void FixEVPHeat::add_plastic(int i, double energy)
+{
+  const double heat = of_plastic * energy;
+  records[i].waiting += heat;
+  account[OF_WORK] += heat;
+}
+
+void FixEVPHeat::note_packing(const PairLists &lists)
+{
+  generated.resize(lists.nall, 0.0);    // all of them 0 where the list is another
+  is_packed = true;
+  warm_new_atoms(lists);
+}
+
+// Collective. To ghosts, whose temperatures pair styles of others read, whether fix property/atom sends them or not
+void FixEVPHeat::send_temperatures()
+{
+  if (!others_pairs) return;
+  Values sent((size_t) 2 * (atom->nlocal + atom->nghost), 0.0);
+  for (int i = 0; i < atom->nlocal; i++) sent[(size_t) 2 * i] = atom->temperature[i];
+  forward_comm(sent);
+  for (int i = atom->nlocal; i < atom->nlocal + atom->nghost; i++)
+    atom->temperature[i] = sent[(size_t) 2 * i];
+}
+
+// Does the command that makes atoms give them temperatures, which LAMMPS sets first?
+bool FixEVPHeat::reads_temperatures() const
+{
+  const Input *const input = lmp->input;
+  if (!input->command || strcmp(input->command, "read_data") != 0) return false;
+  for (int k = 0; k + 1 < input->narg; k++) {
+    const Fix *const fix =
+        strcmp(input->arg[k], "fix") == 0 ? modify->get_fix_by_id(input->arg[k + 1]) : nullptr;
+    if (fix && utils::strmatch(fix->style, "^property/atom")) return true;
+  }
+  return false;
+}
+
+// Collective. Atoms that came without a temperature get the mean of the atoms that they are bonded to; where these have none
+// either, from the next ones inwards
+void FixEVPHeat::warm_new_atoms(const PairLists &lists)
+{
+  double *const temperature = atom->temperature;
+  const auto first_without = [&] {
+    tagint first = MAXTAGINT;
+    for (int i = 0; i < lists.nlocal; i++)
+      if (temperature[i] == 0.0) first = std::min(first, atom->tag[i]);
+    return reduce_all(first, MPI_MIN, world);
+  };
+  tagint without = first_without();
+  if (without == MAXTAGINT) return;
+  Values known((size_t) 2 * lists.nall), sums, counts;
+  for (bool any = true; any && without < MAXTAGINT; without = first_without()) {
+    for (int i = 0; i < lists.nlocal; i++) known[(size_t) 2 * i] = temperature[i];
+    forward_comm(known);
+    sums.assign(lists.nall, 0.0);
+    counts.assign(lists.nall, 0.0);
+    const auto give = [&](int from, int to) {
+      if (known[(size_t) 2 * to] > 0.0 || known[(size_t) 2 * from] == 0.0) return;
+      sums[to] += known[(size_t) 2 * from];
+      counts[to] += 1.0;
+    };
+    for_each_pair(lists.bonds, scene::rows(atom->x), [&](const PlacedPair &p) {
+      give(p.j, p.i);
+      if (p.j < lists.nreact) give(p.i, p.j);
+    });
+    reverse_comm(sums);
+    reverse_comm(counts);
+    any = false;
+    for (int i = 0; i < lists.nlocal; i++) {
+      if (counts[i] == 0.0) continue;
+      temperature[i] = sums[i] / counts[i];
+      records[i].factor = factor_now(i);
+      any = true;
+    }
+    any = on_any(any, world);
+  }
+  if (without < MAXTAGINT)
+    error->all(
+        FLERR,
+        "{}: atom {} came without a temperature, and has no bond to an atom that has one: use "
+        "'set ... temperature T' after it was created, or the keyword 'new yes' of fix "
+        "evp/bonds and place it where it is bonded",
+        who, without);
+  send_temperatures();
+}
+
+void FixEVPHeat::bring_home()
+{
+  if (!is_packed) return;
+  reverse_comm(generated);
+  const int nlocal = std::min((int) generated.size(), atom->nlocal);
+  for (int i = 0; i < nlocal; i++) {
+    records[i].waiting += generated[i];
+    account[OF_WORK] += generated[i];
+  }
+  std::fill(generated.begin(), generated.end(), 0.0);
+}
+
+void FixEVPHeat::take_strain(int i, double p)
+{
+  HeatRecord &own = records[i];
+  if (own.strain >= 0.0 && since_limits > 0.0) {
+    const double share = std::min(1.0, since_limits / (RATE_STEPS * update->dt));
+    own.rate += share * ((p - own.strain) / since_limits - own.rate);
+  }
+  own.strain = p;
+}
+
+void FixEVPHeat::take_factors()
+{
+  since_limits = 0.0;
+  for (int i = 0; i < atom->nlocal; i++) records[i].factor = factor_now(i);
+}
+
+bool FixEVPHeat::factors_are_old() const
+{
+  bool is_old = false;
+  for (int i = 0; i < atom->nlocal; i++) is_old = is_old || records[i].factor != factor_now(i);
+  return is_old;
+}
+
+// Collective. The bonds that conduct at the present positions, and the temperatures of ghosts
+void FixEVPHeat::find_links(const PairLists &lists)
+{
+  const int nall = lists.nall, *const type = atom->type;
+  Values bonds(nall, 0.0);    // of each
+  for (const PackedRow &row : lists.bonds.rows)
+    for (int k = row.first; k < row.last; k++) {
+      bonds[row.i] += 1.0;
+      if (lists.bonds.j[k] < lists.nreact) bonds[lists.bonds.j[k]] += 1.0;
+    }
+  reverse_comm(bonds);
+  shared.assign((size_t) 2 * nall, 0.0);
+  inverse_capacity.assign(nall, 0.0);
+  for (int i = 0; i < nall; i++) {
+    const Row &row = rows[type[i]];
+    const double mass = scene::mass(atom, i);
+    if (is_free(i)) inverse_capacity[i] = 1.0 / (mass * row.capacity);
+    if (i >= lists.nlocal) continue;
+    if (row.conductivity > 0.0)
+      shared[(size_t) 2 * i] = conducting_share(domain->dimension, mass / row.density, bonds[i]);
+    shared[(size_t) 2 * i + 1] = atom->temperature[i];
+  }
+  forward_comm(shared);
+  links.clear();
+  for_each_pair(lists.bonds, scene::rows(atom->x), [&](const PlacedPair &p) {
+    const double by = conductance(rows[type[p.i]].conductivity, rows[type[p.j]].conductivity,
+                                  shared[(size_t) 2 * p.i], shared[(size_t) 2 * p.j], p.g.dsq,
+                                  atom->radius[p.i] + atom->radius[p.j]);
+    if (by > 0.0 && !p.is_past_cutoff()) links.push_back({p.i, p.j, by});
+  });
+}
+
+// Collective. flow: of each atom the sum over its bonds of conductance times difference(i, j)
+template <class F> void FixEVPHeat::sum_flows(F &&difference)
+{
+  const int nreact = pair_data->packed_pairs().nreact;
+  flow.assign(inverse_capacity.size(), 0.0);
+  for (const Link &link : links) {
+    flow[link.i] += link.conductance * difference(link.i, link.j);
+    if (link.j < nreact) flow[link.j] += link.conductance * difference(link.j, link.i);
+  }
+  reverse_comm(flow);
+}
+
+// Collective. No eigenvalue of C^-1 G is larger: the largest sum of absolute values in a row of W B^T C^-1 B, which has the
+// same, B being the bonds by atoms and W their conductances
+double FixEVPHeat::eigenvalue_bound()
+{
+  Values sums((size_t) 2 * inverse_capacity.size(), 0.0);
+  sum_flows([](int, int) {
+    return 1.0;
+  });
+  for (int i = 0; i < atom->nlocal; i++) sums[(size_t) 2 * i] = flow[i] * inverse_capacity[i];
+  forward_comm(sums);
+  double most = 0.0;
+  for (const Link &link : links)
+    most = std::max(most, sums[(size_t) 2 * link.i] + sums[(size_t) 2 * link.j]);
+  return reduce_all(most, MPI_MAX, world);
+}
+
+// Collective. 2/lambda_max of C^-1/2 G C^-1/2, of the links found last
+void FixEVPHeat::find_limit()
+{
+  constexpr double TOLERANCE = 1e-8;
+  constexpr int MOST = 1000;
+  const int nlocal = atom->nlocal;
+  Values start(nlocal, 0.0), over_root((size_t) 2 * inverse_capacity.size(), 0.0);
+  for (int i = 0; i < nlocal; i++)    // any start will do, the same on every number of MPI ranks
+    if (inverse_capacity[i] > 0.0) start[i] = std::sin((double) atom->tag[i]);
+  const auto apply = [&](const Values &in, Values &out) {
+    for (int i = 0; i < nlocal; i++)
+      over_root[(size_t) 2 * i] = in[i] * std::sqrt(inverse_capacity[i]);
+    forward_comm(over_root);
+    sum_flows([&](int i, int j) {
+      return over_root[(size_t) 2 * i] - over_root[(size_t) 2 * j];
+    });
+    for (int i = 0; i < nlocal; i++) out[i] = flow[i] * std::sqrt(inverse_capacity[i]);
+  };
+  const auto dot = [this](const Values &a, const Values &b) {
+    double here = 0.0;
+    for (size_t k = 0; k < a.size(); k++) here += a[k] * b[k];
+    return sum(here);
+  };
+  const double highest = largest_eigenvalue(start, apply, dot, TOLERANCE, MOST).eigenvalue;
+  limit = highest > 0.0 ? 2.0 / highest : HUGE_VAL;
+  limit_step = update->ntimestep;
+}
+
+void FixEVPHeat::check_step(double step)
+{
+  if (!(step > limit)) return;
+  const double most = std::floor(every * limit / step);
+  error->all(FLERR,
+             "{}: heat is handed out every {:.6g}, above the largest stable thermal step {:.6g}: "
+             "temperatures would grow without end: {}",
+             who, step, limit,
+             most >= 1.0 ? fmt::format("use 'every {:.0f}' or less", most)
+                         : "use a smaller timestep");
+}
+
+void FixEVPHeat::hand_out(const PairLists &lists)
+{
+  const double time = std::exchange(elapsed, 0.0);
+  bring_home();
+  find_links(lists);
+  if (const double bound = eigenvalue_bound(); time * bound > 2.0) {    // mostly it is far below
+    // another eigenvalue may grow beneath the bound of the largest one
+    if (bound > bound_seen || ++unseen >= MOST_UNSEEN) {
+      bound_seen = std::max(bound, bound_seen);
+      unseen = 0;
+      find_limit();
+    }
+    check_step(time);
+  }
+  sum_flows([this](int i, int j) {
+    return shared[(size_t) 2 * j + 1] - shared[(size_t) 2 * i + 1];
+  });
+  for (int i = 0; i < atom->nlocal; i++) {
+    const double energy = time * flow[i] + std::exchange(records[i].waiting, 0.0);
+    if (!is_free(i)) {
+      account[OUT] += energy;
+      records[i].out += energy;
+      continue;
+    }
+    if (energy == 0.0) continue;
+    const Row &row = rows[atom->type[i]];
+    const double mass = scene::mass(atom, i);
+    ThermalState now = {atom->temperature[i], records[i].latent};
+    now.settle(row, mass);
+    const ThermalState before = now;
+    now.take(energy, row, mass);
+    account[STORED] +=
+        mass * row.capacity * (now.temperature - before.temperature) + now.latent - before.latent;
+    atom->temperature[i] = now.temperature;
+    records[i].latent = now.latent;
+    if (!(now.temperature >= 0.0 && std::isfinite(now.temperature)))
+      error->one(
+          FLERR,
+          "{}: the temperature of atom {} is {:.6g} at step {}: more heat flows out of it by "
+          "other styles than it has, or forces are not finite",
+          who, atom->tag[i], now.temperature, update->ntimestep);
+  }
+  send_temperatures();
+}
+
+// Collective
+std::array<double, FixEVPHeat::NACCOUNTS> FixEVPHeat::all_accounts()
+{
+  account[WAITING] = 0.0;
+  for (int i = 0; i < atom->nlocal; i++) account[WAITING] += records[i].waiting;
+  return reduce_all(account, MPI_SUM, world);
+}
+
+double FixEVPHeat::compute_scalar()
+{
+  const auto all = all_accounts();
+  return all[OF_WORK] + all[OF_OTHERS] - all[OUT] - all[WAITING] - all[STORED];
+}
+
+double FixEVPHeat::compute_vector(int n)
+{
+  if (n < NACCOUNTS) return all_accounts()[n];
+  if (n > NACCOUNTS) {
+    if (limit_step != update->ntimestep && update->whichflag == 1 &&
+        on_all(pair_data->is_packed(), world)) {
+      find_links(pair_data->packed_pairs());
+      find_limit();
+    }
+    return limit;
+  }
+  double highest = 0.0;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (is_free(i)) highest = std::max(highest, atom->temperature[i]);
+  return reduce_all(highest, MPI_MAX, world);
+}
+
+double FixEVPHeat::memory_usage()
+{
+  return AtomRecords::memory_usage() +
+      bytes_of(links, shared, flow, inverse_capacity, through, generated, friction_pairs, moving);
+}
+
+void FixEVPHeat::write_restart(FILE *fp)
+{
+  if (Fix *const bonds = scene::find_fix(modify, "evp/bonds"))
+    bonds->pre_exchange();    // what pairs have dissipated so far
+  const auto all = all_accounts();
+  std::vector<double> words = {RESTART_FORMAT, elapsed, since_limits};
+  words.insert(words.end(), all.begin(), all.end());
+  seal(words);
+  const int size = (int) (words.size() * sizeof(double));
+  if (comm->me == 0) {
+    fwrite(&size, sizeof(int), 1, fp);
+    fwrite(words.data(), size, 1, fp);
+  }
+}
+
+void FixEVPHeat::restart(char *buf)
+{
+  const auto *words = reinterpret_cast<const double *>(buf);
+  if (words[0] != RESTART_FORMAT || !is_sealed(words, 3 + NACCOUNTS + 1))
+    error->all(FLERR,
+               "{}: its section of the restart file is damaged, or from a version of this package "
+               "that wrote another format: use an older restart file, or that version",
+               who);
+  elapsed = words[1];
+  since_limits = words[2];
+  begun = true;
+  if (comm->me == 0) std::copy_n(words + 3, account.size(), account.begin());
+}
+
+int FixEVPHeat::pack_restart(int i, double *buf)
+{
+  const HeatRecord &own = records[i];
+  const std::array words = {
+      (double) RESTART_WORDS, own.waiting, own.latent, own.factor, own.strain, own.rate, own.out};
+  std::copy(words.begin(), words.end(), buf);
+  buf[words.size()] = seal_of(buf, words.size());
+  return RESTART_WORDS;
+}
+
+void FixEVPHeat::unpack_restart(int nlocal, int nth)
+{
+  const double *record = scene::find_restored(atom, nlocal, nth);
+  if (!record || record[0] != RESTART_WORDS || !is_sealed(record, RESTART_WORDS))
+    error->one(FLERR,
+               "{}: the heat of atom {} in the restart file is damaged, or the atom is not from "
+               "that file: define the fix right after read_restart",
+               who, atom->tag[nlocal]);
+  records[nlocal] = {record[1], record[2], record[3], record[4], record[5], record[6]};
+  through[nlocal] = records[nlocal].out;
+}

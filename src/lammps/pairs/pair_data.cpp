@@ -1,0 +1,419 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "lammps/pairs/pair_data.h"
+
+#include "lammps/base/scene.h"
+
+#include "atom_vec.h"
+#include "domain.h"
+#include "fix_deform.h"
+#include "neigh_list.h"
+#include "pair.h"
+
+#include <cmath>
+
+namespace EVP {
+
+using scene::rows;
+
+void BondSource::begin_run(const PairRules &rules)
+{
+  update();
+  const Fix *fix = scene::find_fix(modify, "evp/bonds");
+  store = scene::find_shared<const BondStore>(modify);
+  if (!recorder.empty() && (!records() || recorder != fix->id))
+    error->all(FLERR,
+               "Pair evp/lj: the bonds were recorded by fix {}, whose records are not here: define "
+               "'fix {} all evp/bonds' right after read_restart and before the run, or start again "
+               "with 'pair_style none' and 'pair_style evp/lj'",
+               recorder, recorder);
+  if (records()) recorder = fix->id;
+  if (rules.has_history() && !fix)
+    error->all(
+        FLERR,
+        "Pair evp/lj: {} needs fix evp/bonds, which stores the history of the bonds: define it "
+        "before the run",
+        rules.plastic ? "plasticity isotropic" : "break");
+}
+
+void BondSource::update()
+{
+  if (!store) return;
+  if (store->is_closed()) {
+    if (!recorder.empty()) dropped = recorder;
+    recorder.clear();
+    store.reset();
+  } else if (store->has_recorded() && recorder.empty())
+    recorder = scene::find_fix(modify, "evp/bonds")->id;
+}
+
+PairData::PairData(LAMMPS *lmp, Coefficients &coefficients_in) :
+    Pointers(lmp), types(lmp, coefficients_in), source(lmp),
+    histories(lmp, lists, coefficients_in, rules, types), coefficients(coefficients_in),
+    builder(lmp), snapshot(lmp)
+{
+}
+
+PairData *PairData::find(Force *force)
+{
+  auto *const owner = dynamic_cast<HasPairData *>(force->pair_match("evp/lj", 1));
+  return owner ? owner->get_pair_data() : nullptr;
+}
+
+PairData *PairData::require(Force *force, Error *error, const std::string &who)
+{
+  PairData *pair_data = find(force);
+  if (!pair_data)
+    error->all(FLERR, "{} needs pair style evp/lj, found '{}'", who,
+               force->pair_style ? force->pair_style : "none");
+  return pair_data;
+}
+
+PairData *PairData::require_present(Force *force, Error *error, const std::string &who)
+{
+  PairData *pair_data = find(force);
+  if (!pair_data || !pair_data->is_present())
+    error->all(FLERR,
+               "{} needs the pairs of the current atoms: use 'run 0' first (since the last run "
+               "atoms moved by more than half the skin, were changed, added or removed, or a "
+               "command such as write_data rebuilt the lists of LAMMPS)",
+               who);
+  return pair_data;
+}
+
+const PairLists &PairData::packed_pairs() const
+{
+  if (!is_packed())
+    error->one(FLERR,
+               "Pair evp/lj has not seen the current neighbor list yet: use its fixes and computes "
+               "in a run, after the forces of the step");
+  return lists;
+}
+
+PackedPair PairData::pair_between(int i, int j, int itype, int jtype) const
+{
+  if (std::max(i, j) >= atom->nlocal + atom->nghost || !snapshot.matches_list())
+    error->one(FLERR,
+               "Pair evp/lj has not seen the current neighbor list yet: use 'run 0' before the "
+               "forces of single pairs are asked for; pair_write has no pair with a deq");
+  if (rows_build != lists.build) {
+    rows_build = lists.build;
+    rows_of_atoms.assign(lists.nlocal, {});
+    for (const PairList *list : {&lists.bonds, &lists.contacts})
+      for (const PackedRow &row : list->rows) rows_of_atoms[row.i].push_back({list, row});
+  }
+  for (const auto &[own, other] : {std::pair(i, j), std::pair(j, i)}) {
+    if (own >= lists.nlocal) continue;
+    for (const auto &[list, row] : rows_of_atoms[own])
+      for (int k = row.first; k < row.last; k++)
+        if (atom->tag[list->j[k]] == atom->tag[other]) return list->pair(k);
+  }
+  PackedPair none{};    // at rest where the spheres touch
+  none.inv_deq = 1.0 / (atom->radius[i] + atom->radius[j]);
+  none.cutsq = -1.0;
+  none.law = coefficients.index(itype, jtype);
+  return none;
+}
+
+bool PairData::is_packed() const
+{
+  if (!snapshot.matches_list()) return false;
+  if (update->whichflag != 0) return true;
+  return !repack_due && source.version() == source_version &&
+      volume() == VolumeForces::find(modify).get() && snapshot.matches_atoms() &&
+      !(bonds() && bonds()->find_misplaced(atom->tag, atom->nlocal));
+}
+
+// Does a fix move atoms with the box at the end of a step, when ghosts are no longer updated?
+static bool moves_atoms_with_box(const Modify *modify, const Domain *domain)
+{
+  for (int k = 0; domain->box_change && k < modify->nfix; k++) {
+    const Fix *const fix = modify->fix[k];
+    if (!fix->box_change || !(modify->fmask[k] & FixConst::END_OF_STEP)) continue;
+    const auto *const deform = dynamic_cast<const FixDeform *>(fix);
+    if (!deform || deform->remapflag == Domain::X_REMAP) return true;
+  }
+  return false;
+}
+
+namespace {
+
+  /// Style of each edge and tilt, which the fix tells nobody but its heirs.
+  struct DeformStyles : public FixDeform {
+    static int of(const FixDeform *fix, int k) { return (fix->*&DeformStyles::set)[k].style; }
+  };
+
+  // Of edges whose length follows from volume or pressure, as those of keyword box of fix deform/pressure, which have no
+  // style of their own, LAMMPS stores a strain rate in place of the rate of the length
+  bool has_wrong_rate(const FixDeform *fix, int edge)
+  {
+    const int style = DeformStyles::of(fix, edge);
+    return fix->dimflag[edge] &&
+        (style == FixDeform::NONE || style == FixDeform::VOLUME || style == FixDeform::PRESSURE ||
+         style == FixDeform::PMEAN);
+  }
+
+}    // namespace
+
+void PairData::stop_at_wrong_box_rates() const
+{
+  for (const Fix *fix : modify->get_fix_list()) {
+    const auto *const deform = dynamic_cast<const FixDeform *>(fix);
+    if (!deform || deform->remapflag != Domain::V_REMAP) continue;
+    for (int edge = 0; edge < 3; edge++)
+      if (has_wrong_rate(deform, edge))
+        error->all(FLERR,
+                   "Pair evp/lj: damping needs the rate of edge {} of the box, but where volume or "
+                   "pressure set an edge, 'remap v' of fix {} of style {} has a wrong one: use "
+                   "erate or trate, with rates that keep the volume, or 'remap x'",
+                   "xyz"[edge], fix -> id, fix -> style);
+  }
+}
+
+bool PairData::is_present()
+{
+  if (!on_all(is_packed(), world)) return false;
+  const bool in_run = update->whichflag != 0;
+  if (!in_run && !snapshot.matches_commands()) return false;
+  if (!in_run || moves_atoms_with_box(modify, domain)) comm->forward_comm();
+  return in_run || !snapshot.moved_too_far();
+}
+
+std::array<double, 4> PairData::count_pairs() const
+{
+  std::array<double, 3> sums{};
+  double lowest = HUGE_VAL;
+  for_each_pair(lists, rows(atom->x), [&](const PlacedPair &p) {
+    const double d = p.distance();
+    lowest = std::min(lowest, d / (atom->radius[p.i] + atom->radius[p.j]));
+    if (!p.acts()) return;
+
+    const double weight = rank_share(p.j, lists.nreact);
+    sums[p.is_bond ? 0 : 2] += weight;
+    if (p.is_bond && state_of(p).regime == 2) sums[1] += weight;
+  });
+
+  sums = reduce_all(sums, MPI_SUM, world);
+  lowest = reduce_all(lowest, MPI_MIN, world);
+  return {sums[0], sums[1], sums[2], lowest < HUGE_VAL ? lowest : 0.0};
+}
+
+// a run that ended in an error, which a program has caught, has not told the records of its last steps
+void PairData::end_broken_run()
+{
+  if (!histories.are_due()) return;
+  if (!bonds() || source.version() != source_version) return histories.drop();
+  if (on_all(snapshot.matches_list() && snapshot.matches_atoms() && snapshot.matches_commands(),
+             world))
+    scene::find_fix(modify, "evp/bonds")->pre_exchange();
+  else
+    error->all(FLERR,
+               "Pair evp/lj: the flow since the last neighbor build of a run that ended in an "
+               "error is lost, as atoms have changed since: go on from a restart file");
+}
+
+void PairData::begin_run()
+{
+  source.begin_run(rules);
+  end_broken_run();
+  types.begin_run(bonds());                        // for init_one()
+  const bool balances = update->whichflag != 2;    // a minimization has no energy balance
+  work = balances ? scene::find_shared<PairWork>(modify) : nullptr;
+  if (work) {
+    work->forget();
+    work->bonds_end = rules.has_history();
+  }
+  const Fix *implicit = scene::find_fix(modify, "nve/evp");
+  implicit_groupbit = implicit ? implicit->groupbit : 0;
+  volume_ = VolumeForces::find(modify);
+  any_gamma = scene_checked = any_far = false;
+  repack_due = true;
+  snapshot.forget();
+}
+
+double PairData::handle(int i, int j)
+{
+  const Row row = types.make(i, j, rules.plastic);
+  repack();
+  if (row.gamma > 0.0) any_gamma = true;    // fix adapt may have switched it on
+  if (rules.joins() && !(row.alpha > APART * rules.join.within))
+    error->all(FLERR,
+               "Pair evp/lj, types {} and {}: contact join {} needs an alpha above {:.4g}, as a "
+               "bond that ends at dlim must be apart, got {}: give a smaller distance to join",
+               i, j, rules.join.within, APART * rules.join.within, row.alpha);
+  return types.handle(i, j, row.alpha);
+}
+
+// one line of the active effects, again only when it changes
+void PairData::report()
+{
+  std::string line = "evp/lj: ";
+  if (!any_gamma)
+    line += "damping off";
+  else
+    line += !damping_acts()  ? "damping off (minimization)"
+        : damps_implicitly() ? "damping by fix nve/evp"
+                             : "damping on";
+  line += fmt::format(", contact {}", CONTACTS[(int) rules.contact]);
+  if (rules.joins()) line += fmt::format(" within {} (R_i + R_j)", rules.join.within);
+  line += source.has_fix()
+      ? fmt::format(", deq of bonds from fix {}", scene::find_fix(modify, "evp/bonds")->id)
+      : ", no fix evp/bonds: every pair has deq = R_i + R_j";
+  if (within() != BodyRule::ALL)
+    line +=
+        fmt::format(" within {} (bodies {})", BODY_RULES[(int) within()],
+                    rules.contact == Contact::NONE        ? "do not interact"
+                        : rules.joins() && rules.join.all ? "repel each other, or join"
+                                                          : "only repel each other, elastically");
+  if (rules.plastic) line += ", plasticity isotropic";
+  if (rules.update) line += fmt::format(", limits updated every {} steps", rules.update);
+  if (rules.breaks())
+    line += rules.plastic
+        ? fmt::format(", bonds break at a plastic strain of {}", rules.break_strain)
+        : fmt::format(", bonds break beyond {} deq", 1.0 + rules.break_strain);
+  if (volume())
+    line += fmt::format(", volume energy from fix {}", scene::find_fix(modify, "evp/volume")->id);
+  const std::string inactive = types.find_inactive_keywords(rules.plastic);
+  if (!inactive.empty())
+    line += fmt::format(", inactive without {}: {}",
+                        rules.plastic ? "fix evp/heat" : "plasticity isotropic", inactive);
+  line += fmt::format(", overlap warning above {} (R_i + R_j)\n", rules.overlap);
+
+  if (line == std::exchange(last_report, line) || comm->me) return;
+  utils::logmesg(lmp, line);
+  if (!source.has_fix() && rules.contact == Contact::NONE)
+    error->warning(FLERR,
+                   "Pair evp/lj with contact none and without fix evp/bonds: no pair interacts; "
+                   "define the fix, or choose another contact");
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++)
+      if (types.handles(i, j) && alpha_of(i, j) < 1.4 && rules.contact == Contact::LITERAL)
+        error->warning(FLERR,
+                       "Pair evp/lj, types {} and {}: alpha = {} is below 1.4, where literal new "
+                       "contacts can pull the body together; use contact repulsive or none",
+                       i, j, alpha_of(i, j));
+}
+
+bool PairData::prepare(const NeighList *neighbors)
+{
+  const bool due = neighbor->ago == 0 || repack_due || source.version() != source_version ||
+      (!atom->avec->comm_x_only && on_any(snapshot.radii_changed(), world));
+  const bool is_first = due && pack(neighbors);
+  histories.begin_forces(wanted_work(), volume());
+  return is_first;
+}
+
+// Returns whether it is the first one of a run.
+bool PairData::pack(const NeighList *neighbors)
+{
+  // after the recording, write_restart and the like make LAMMPS replace the list, which 'run pre no' does not build
+  if (atom->nlocal && neighbors->inum == 0 && !neighbors->listskip && !neighbor->includegroup)
+    error->one(
+        FLERR,
+        "Pair evp/lj: a command has replaced the neighbor list since the last run: omit 'pre no'");
+  const bool is_first = !scene_checked;
+  source.update();
+  types.rescale_if_measures_changed(bonds(), rules.plastic);
+  if (is_first) {    // now that all pairs of types are known
+    scene_checked = true;
+    report();
+    types.report(rules.plastic);
+  }
+  if (is_first && damping_acts()) stop_at_wrong_box_rates();
+  lists.common_build++;
+  types.check_radii();
+  const bool same_list = snapshot.matches_list() && source.version() == source_version;
+  // with the same neighbor list the records have not been told of what changed
+  if (histories.are_due() && snapshot.matches_list())
+    scene::find_fix(modify, "evp/bonds")->pre_exchange();
+  snapshot.note_atoms(!atom->avec->comm_x_only);
+  lists.nlocal = atom->nlocal;
+  lists.nall = atom->nlocal + atom->nghost;
+  lists.nreact = force->newton_pair ? lists.nall : lists.nlocal;
+  repack_due = false;
+  source_version = source.version();
+  const bool looks_first = rules.joins() && bonds() && !(bonds()->joins_by == rules.join);
+  const PairListBuilder::Found found =
+      builder.build({neighbors, &coefficients, bonds(), rules, within(), any_gamma,
+                     implicit_groupbit, looks_first},
+                    lists);
+  if (looks_first) histories.note_look();
+  if (!rules.joins() && bonds()) histories.store().joins_by = {};
+  if (is_first && bonds()) types.check(lists.bonds, volume());
+  snapshot.finish();
+  if (!bonds()) volume_.reset();    // the bonds have gone since the last set-up
+  histories.note_packing();
+  const bigint without_pair = agree_on_pairs(found, same_list);
+  if (!same_list) {    // else the same bonds are far
+    histories.forget_far();
+    if (any_far) find_far(without_pair);
+  }
+  if (volume())
+    volume()->pack(neighbors, lists, histories.store(), coefficients, rules, histories.ending());
+  if (volume() && rules.breaks() && !rules.plastic) histories.tell_of_far(*volume());
+  const PairWork::BeyondList beyond = histories.beyond_list();
+  if (work) work->beyond_list = beyond;
+  held_beyond_list = is_incremental() && rules.plastic ? beyond.held.total() + beyond.dissipated
+                                                       : 0.0;
+
+  coefficients.choose_block_laws(
+      [this](int i, int j) {
+        return types.handles(i, j);
+      },
+      explicit_damping && implicit_groupbit, within() != BodyRule::ALL, rules.flow_of_bonds(),
+      rules.flow_of_contacts());
+  return is_first;
+}
+
+// Collective. LAMMPS takes excluded pairs for such that never act: their bonds would be forgotten where they are
+void PairData::find_far(bigint records_without_pair)
+{
+  const bigint explained = reduce_all((bigint) histories.find_far(), MPI_SUM, world);
+  if (explained < records_without_pair && neighbor->ago == 0)
+    error->all(FLERR,
+               "Pair evp/lj: {} bonds are kept out of the neighbor list by neigh_modify exclude or "
+               "include, or by a special_bonds weight of 0, set after they were recorded: undo it, "
+               "or use it before fix evp/bonds records, so that these pairs are no bonds",
+               (records_without_pair - explained + 1) / 2);
+}
+
+void PairData::commit(bool at_rest)
+{
+  if (at_rest) histories.find_next();
+  if (volume() && at_rest) volume()->evaluate(lists);
+  histories.commit(wanted_work(), volume());
+  if (volume()) volume()->commit();
+  if (!at_rest || !rules.plastic) return;
+  histories.move_limits(wanted_work(), volume(), true);
+  if (!volume()) return;
+  volume()->evaluate(lists);
+  volume()->commit();
+}
+
+// Collective. All MPI ranks agree on what any of them has found in its pairs; warns of overlaps, and again when there are
+// twice as many. Returns how many records of bonds have no pair in the list, of those of both atoms.
+bigint PairData::agree_on_pairs(const PairListBuilder::Found &found, bool same_list)
+{
+  const bool asks = bonds() && (rules.has_history() || work || volume());
+  const bigint without = asks ? bonds()->count_sides(atom->nlocal) - found.bond_sides : 0;
+  const auto all =
+      reduce_all(std::array{(bigint) found.damped, found.overlaps.count, without}, MPI_SUM, world);
+  explicit_damping = all[0] > 0;
+  if (!same_list) any_far = all[2] > 0;
+  if (all[1] <= 2 * overlaps_told) return all[2];
+  overlaps_told = all[1];
+
+  PairListBuilder::Overlaps overlaps = found.overlaps;
+  const int first = reduce_all(overlaps.count ? comm->me : comm->nprocs, MPI_MIN, world);
+  MPI_Bcast(&overlaps, sizeof(overlaps), MPI_BYTE, first, world);
+  if (comm->me == 0)
+    error->warning(FLERR,
+                   "Pair evp/lj: {} pairs overlap by more than {} (R_i + R_j), first atoms {} and "
+                   "{} at d = {:.6g}, deq = {:.6g}, at step {} with timestep {:.6g}: "
+                   "the law has no hard core, so check timestep, speed and load",
+                   all[1], rules.overlap, overlaps.id_i, overlaps.id_j, overlaps.d, overlaps.deq,
+                   update->ntimestep, update->dt);
+  return all[2];
+}
+
+}    // namespace EVP

@@ -1,0 +1,510 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "lammps/volume/volume_forces.h"
+
+#include "lammps/base/atom_directory.h"
+#include "lammps/base/collective.h"
+#include "lammps/pairs/pair_list_builder.h"
+
+#include "comm.h"
+#include "neigh_list.h"
+#include "neighbor.h"
+
+#include <cmath>
+#include <limits>
+#include <tuple>
+#include <utility>
+
+namespace EVP {
+
+VolumeForces::VolumeForces(LAMMPS *lmp, const std::string &who_in, int groupbit_in,
+                           const std::vector<double> &kv_in, PerAtomComm &exchange_in) :
+    Pointers(lmp),
+    who(who_in), groupbit(groupbit_in), from_rows(kv_in.empty()), kv(kv_in), exchange(exchange_in)
+{
+  if (from_rows) kv.assign(lmp->atom->ntypes + 1, 0.0);
+}
+
+std::shared_ptr<VolumeForces> VolumeForces::find(const Modify *modify)
+{
+  const auto forces = scene::find_shared<VolumeForces>(modify);
+  return forces && forces->acts() ? forces : nullptr;
+}
+
+void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, BondStore &store_in,
+                        const Coefficients &coefficients_in, const PairRules &rules,
+                        const EndingBonds &ending_in)
+{
+  store = &store_in;
+  coefficients = &coefficients_in;
+  ending = rules.breaks() ? &ending_in : nullptr;
+  is_plastic = rules.plastic;
+  columns = Columns(rules);
+  stride = npulls(rules);
+  leaving.clear();
+  far.clear();
+  VolumeScene now = {reaches(), exclusions()};
+  const VolumeScene &then = store->volume_scene;
+  const bool takes = then.reaches != now.reaches;
+  const bool fewer = !std::includes(now.exclusions.begin(), now.exclusions.end(),
+                                    then.exclusions.begin(), then.exclusions.end());
+  if (takes && !then.reaches.empty()) {    // of all bonds that there are
+    store->forget_joined();
+    std::fill(lists.bonds.join.begin(), lists.bonds.join.end(), 0);
+  }
+  std::vector<char> taken;    // of own atoms, with `takes`
+  if (const bigint atoms = sum_of_partners(); std::exchange(partners, atoms) != atoms || takes) {
+    const std::vector<double> to_be = batches_to_be(takes);
+    const std::vector<NeighborDensity> rest = at_rest(to_be);
+    std::vector<char> known = set_references(rest, takes, to_be);
+    if (takes)
+      for (const char one : known) taken.push_back(!one);
+    for (int i = 0; i < atom->nlocal; i++) lose_partners(store->volume(i), rest[i]);
+  }
+  store->volume_scene = std::move(now);
+
+  batches.assign((size_t) stride * lists.nall, 0.0);
+  for (int i = 0; i < lists.nlocal; i++) {
+    batches[stride * (size_t) i] = store->volume(i).batch;
+    batches[stride * (size_t) i + 1] = openness(i, store->volume(i), false);
+  }
+  exchange.forward_comm(batches);
+  set_openness(is_plastic ? lists.nall : 0, [this](int i) {
+    return batches[stride * (size_t) i + 1];
+  });
+
+  PairList &bonds = lists.bonds;
+  bonds.inv_dlim.resize(bonds.size());
+  for (Others &some : others) some.all.clear(BOND_MARGIN, Flow::FORGETS);
+  const auto x = scene::rows(atom->x);
+  std::vector<int> bonded_to(lists.nall, -1);    // the last particle that has a bond with this one
+  auto row = bonds.rows.begin();                 // these are in the order of the neighbor list
+  for (int ii = 0; ii < neighbors->inum; ii++) {
+    const int i = neighbors->ilist[ii];
+    for (; row != bonds.rows.end() && row->i == i; ++row)
+      for (int k = row->first; k < row->last; k++) {
+        const int j = bonds.j[k];
+        bonds.inv_dlim[k] = HUGE_VAL;
+        if (bonds.joins && bonds.join[k] != 0) continue;
+        bonded_to[j] = i;
+        const double end = dlim(i, j, true);
+        if (ends_of_bond(i, j) == BOTH)
+          bonds.inv_dlim[k] = 1.0 / end;
+        else if (end > 0.0)
+          add_pair(of_later(i, j).all, i, j, end, error);
+      }
+    if (!has_strain(i)) continue;
+    demand_room(lists.unbonded, neighbors->numneigh[i], error);
+    int n = 0;
+    for (int jj = 0; jj < neighbors->numneigh[i]; jj++) {
+      const int j = neighbors->firstneigh[i][jj] & NEIGHMASK;
+      if (bonded_to[j] == i || scene::is_excluded(lmp->force, neighbors->firstneigh[i][jj]))
+        continue;
+      const double end = dlim(i, j, false);
+      if (end > 0.0 && !stays_beyond(PairGeometry(x, i, j).dsq, end, lmp->neighbor->skin))
+        lists.unbonded.set(lists.unbonded.size() + n++, j, end, end);
+    }
+    lists.unbonded.add_row(i, n);
+  }
+  if (takes || fewer) fill_gaps(lists, taken);
+}
+
+void VolumeForces::add_pair(PairList &list, int i, int j, double dlim, Error *error)
+{
+  demand_room(list, 1, error);
+  list.set(list.size(), j, dlim, dlim);
+  list.add_row(i, 1);
+}
+
+void VolumeForces::remove_pair(PairList &list, int i, int j)
+{
+  for (const PackedRow &row : list.rows) {
+    const auto *const begin = list.j.data();
+    const auto *const at = std::find(begin + row.first, begin + row.last, j);
+    if (row.i == i && at != begin + row.last) return list.remove({(int) (at - begin)});
+  }
+}
+
+// Pairs that are no bonds, and are there at rest or once an exclusion is undone, are surfaces of a crack that never had any.
+// They have no force from that alone. taken: own atoms whose references are those of now, empty where an exclusion is undone
+void VolumeForces::fill_gaps(const PairLists &lists, const std::vector<char> &taken)
+{
+  constexpr double AT_REST = 1e-6;
+  evaluate(lists);
+  for (int i = 0; i < lists.nlocal; i++) {
+    VolumeReference &own = store->volume(i).reference;
+    const DensityNow now = density(i);
+    const double denser = now.bonded - own.own.rho;
+    const double unbonded = now.pulling + now.pushing;
+    const bool at_rest = std::fabs(denser) <= AT_REST * own.own.rho;
+    if (unbonded == 0.0 || (!taken.empty() && !(taken[i] && at_rest))) continue;
+    own.gap = std::max(own.gap, unbonded + std::max(0.0, denser));
+    own.set(VolumeReference::BROKEN);
+  }
+}
+
+// The bonds of an atom that are left after partners were deleted, or got another pair style: the reference loses their
+// shares at deq, and is that of the bonds which are left where nothing else has changed it
+void VolumeForces::lose_partners(VolumeRecord &record, const NeighborDensity &left)
+{
+  constexpr double ROUND_OFF = 1e-12;
+  VolumeReference &reference = record.reference;
+  if (reference.own.slope == 0.0) return;
+  const double negligible = ROUND_OFF * reference.own.slope;
+  if (std::fabs(record.at_rest.rho - left.rho) <= negligible) return;
+  reference.gap =
+      std::max(std::min(0.0, reference.gap), reference.gap + (record.at_rest.rho - left.rho));
+  reference.own = {left.rho + (reference.own.rho - record.at_rest.rho),
+                   left.slope + (reference.own.slope - record.at_rest.slope)};
+  record.at_rest = left;
+  if (!(reference.own.slope > negligible)) record = {};
+}
+
+void VolumeForces::bond_ends(PairLists &lists, int k)
+{
+  const PackedPair bond = lists.bonds.pair(k);
+  const int i = lists.bonds.owner_of(k), j = bond.j;
+  if (bond.has_joined || dlim(i, j, true) == 0.0) return;
+  if (ends_of_bond(i, j) != BOTH) remove_pair(of_later(i, j).all, i, j);
+  if (const double end = dlim(i, j, false); end > 0.0) add_pair(lists.unbonded, i, j, end, error);
+}
+
+// Bonds that end at the end of the step count as new pairs at once, so that the next set-up finds the same forces; those past
+// their dlim have no share any more
+void VolumeForces::add_leaving(const PairLists &lists, const std::vector<int> &ended)
+{
+  constexpr double SOME = std::numeric_limits<double>::min();    // tells that one leaves
+  const auto add = [&](int i, double share, int kind) {
+    densities[columns.n * (size_t) i + kind] += std::max(share, SOME);
+  };
+  for (const int i : far) add(i, 0.0, columns.to_new);
+  for (const int k : ended) {
+    const PackedPair bond = lists.bonds.pair(k);
+    const int i = lists.bonds.owner_of(k), j = bond.j;
+    const double end = bond.has_joined ? 0.0 : dlim(i, j, true);
+    const double d = std::sqrt(PairGeometry(scene::rows(atom->x), i, j).dsq);
+    if (!(end > 0.0) || (is_plastic && !(d < end))) continue;
+    const bool are_one_body = are_pair(i, j, false);
+    const Ends ends = ends_of_bond(i, j);
+    NeighborDensity now{};
+    now.add(d, end);
+    if (ends != BOTH) remove_pair(of_later(i, j).now, i, j);
+    for (const auto &[one, end_bit] :
+         {std::pair(i, VolumePasses::ROW), {j, VolumePasses::PARTNER}}) {
+      if (one == j && j >= lists.nreact) continue;
+      if (ends & end_bit)
+        add(one, now.rho, are_one_body ? columns.to_new : columns.gone);
+      else if (are_one_body)
+        add(one, now.rho, columns.to_new_of_older);
+    }
+    if (are_one_body) add_pair(others[UNBONDED].now, i, j, end, error);
+  }
+}
+
+// Pairs of atoms that are torn open, and what of their shares ceases to pull in this step
+void VolumeForces::find_beside_open(const PairLists &lists)
+{
+  PairList &pulling = others[UNBONDED].now, &pushing = others[BESIDE_OPEN].now;
+  pushing.clear(BOND_MARGIN, Flow::FORGETS);
+  if (!any_open) return;
+  std::vector<int> out;
+  const auto *const x = scene::rows(atom->x);
+  EVP::for_each_pair(pulling, x, [&](const PlacedPair &p) {
+    if (!is_beside_open(p.i, p.j)) return;
+    out.push_back(p.index);
+    add_pair(pushing, p.i, p.j, 1.0 / p.inv_deq, error);
+    if (open[p.i] == IS_OPEN || open[p.j] == IS_OPEN) return;
+    NeighborDensity now{};
+    now.add(p.distance(), 1.0 / p.inv_deq);
+    densities_of(CEASED).of(p.i) += now.rho;
+    if (p.j < lists.nreact) densities_of(CEASED).of(p.j) += now.rho;
+  });
+  pulling.remove(out);
+}
+
+// The reference that own atom i gets at the end of the step, nothing where it stays. Moves the shares to their new columns
+std::optional<VolumeReference> VolumeForces::find_change(int i)
+{
+  if (!has_strain(i)) return std::nullopt;
+  VolumeReference reference = store->volume(i).reference;
+  double *const own = &densities[columns.n * (size_t) i];
+  bool changes = false;
+  if (any_open && (own[CEASED] > 0.0 || open[i] == OPENS)) {
+    changes = true;
+    const double ceased = own[CEASED];
+    const DensityNow before = {own[BONDED], own[PULLING] + ceased, own[PUSHING] - ceased};
+    reference = open[i] == OPENS ? VolumeLaw::opened(reference, before)
+                                 : VolumeLaw::beside_open(reference, before, ceased);
+  }
+  if (!ending) return changes ? std::optional(reference) : std::nullopt;
+  if (own[columns.gone] > 0.0) {
+    changes = true;
+    reference.own.rho -= own[columns.gone];
+    own[BONDED] -= own[columns.gone];
+  }
+  if (const double share = own[columns.to_new]; share > 0.0) {
+    changes = true;
+    reference = VolumeLaw::without(reference, density(i), share);
+    own[BONDED] -= share;
+    own[PULLING] += share;
+  }
+  if (const double share = own[columns.to_new_of_older]; share > 0.0) {
+    changes = true;
+    reference = VolumeLaw::beside(reference, density(i), share);
+    own[PULLING] += share;
+  }
+  return changes ? std::optional(reference) : std::nullopt;
+}
+
+void VolumeForces::commit()
+{
+  for (const Leaving &now : leaving) store->volume(now.i).reference = now.reference;
+  leaving.clear();
+  far.clear();
+  if (!is_plastic) return;
+  for (char &one : open)
+    if (one == OPENS) one = IS_OPEN;
+  for (size_t i = 0; i < strains.size(); i++) store->volume((int) i).strain = strains[i];
+}
+
+const VolumeReference &VolumeForces::reference(int i) const
+{
+  if (!leaving.empty()) {
+    const auto at =
+        std::lower_bound(leaving.begin(), leaving.end(), i, [](const Leaving &one, int other) {
+          return one.i < other;
+        });
+    if (at != leaving.end() && at->i == i) return at->reference;
+  }
+  return store->volume(i).reference;
+}
+
+// 0 of no pair, which a pair of another style is
+double VolumeForces::dlim(int i, int j, bool is_bond) const
+{
+  if (!are_pair(i, j, is_bond)) return 0.0;
+  const double alpha = coefficients->row(atom->type[i], atom->type[j]).alpha;
+  return alpha == 0.0 ? 0.0 : reach(alpha) * (atom->radius[i] + atom->radius[j]);
+}
+
+double VolumeForces::force(int i, int j, double d, double alpha, bool bond) const
+{
+  if (stride * (size_t) std::max(i, j) >= pulls.size() || !are_pair(i, j, bond)) return 0.0;
+  const double end = reach(alpha) * (atom->radius[i] + atom->radius[j]);
+  const Density column = bond ? BONDED : is_beside_open(i, j) ? PUSHING : PULLING;
+  const double both = pull(i, j, column, bond ? ends_of_bond(i, j) : BOTH);
+  return d < end ? -both * 2.0 * (1.0 - d / end) / end : 0.0;
+}
+
+std::vector<double> VolumeForces::reaches() const
+{
+  std::vector<double> all;
+  for (int i = 1; i <= atom->ntypes; i++)
+    for (int j = i; j <= atom->ntypes; j++) all.push_back(reach(coefficients->row(i, j).alpha));
+  return all;
+}
+
+// those of neigh_modify exclude
+std::vector<VolumeScene::Exclusion> VolumeForces::exclusions() const
+{
+  enum { TYPES, GROUPS, MOLECULES };
+  const Neighbor *const rules = neighbor;
+  std::vector<VolumeScene::Exclusion> all;
+  const auto add = [&all](double kind, int a, int b) {
+    all.push_back({kind, (double) std::min(a, b), (double) std::max(a, b)});
+  };
+  for (int k = 0; k < rules->nex_type; k++) add(TYPES, rules->ex1_type[k], rules->ex2_type[k]);
+  for (int k = 0; k < rules->nex_group; k++) add(GROUPS, rules->ex1_group[k], rules->ex2_group[k]);
+  for (int k = 0; k < rules->nex_mol; k++)
+    all.push_back({MOLECULES, (double) rules->ex_mol_group[k], (double) rules->ex_mol_intra[k]});
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+// Collective. Of the atoms with bonds and their types, whatever the order of atoms and the number of MPI ranks
+bigint VolumeForces::sum_of_partners() const
+{
+  uint64_t sum = 0;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (!store->of(i).empty())
+      sum += (((uint64_t) atom->tag[i] * 0x9E3779B97F4A7C15ULL) ^
+              (0xD6E8FEB86659FD93ULL * (uint64_t) atom->type[i])) >>
+          28;    // the sum of 2^27 atoms does not overflow
+  return reduce_all((bigint) sum, MPI_SUM, world);
+}
+
+// Was it recorded after the references were taken? A loose one that has joined since has none, and never counts
+bool VolumeForces::is_new(int i) const
+{
+  return !store->volume(i).is_known() && !store->of(i).empty() &&
+      !(store->has_history() && store->sphere(i).recorded == 0.0);
+}
+
+// Collective. Of own atoms, once references have been taken; a fix that is new takes those of all, but for those of a bond
+// file. 0 of atoms that have none
+std::vector<double> VolumeForces::batches_to_be(bool takes) const
+{
+  const bool keeps = !takes || store->volume_scene.reaches.empty();
+  double last = 0.0;
+  for (int i = 0; i < atom->nlocal; i++) last = std::max(last, store->volume(i).batch);
+  last = reduce_all(last, MPI_MAX, world);
+  std::vector<double> to_be(atom->nlocal, 0.0);
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (keeps && store->volume(i).is_known())
+      to_be[i] = store->volume(i).batch;
+    else if (takes ? !store->of(i).empty() : is_new(i))
+      to_be[i] = last + 1.0;
+  }
+  return to_be;
+}
+
+// Collective. The densities of the bonds of each atom at their deq, but for those that began since, or whose partner, on any
+// MPI rank, is gone, has another pair style, has no reference or a later one
+std::vector<NeighborDensity> VolumeForces::at_rest(const std::vector<double> &to_be) const
+{
+  std::vector<tagint> partners;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (const BondRecord &bond : store->of(i)) partners.push_back((tagint) bond.partner);
+  const AtomDirectory directory(lmp, partners, to_be.data());
+
+  std::vector<NeighborDensity> sums(atom->nlocal, NeighborDensity{});
+  for (int i = 0; i < atom->nlocal; i++)
+    for (const BondRecord &bond : store->of(i)) {
+      const AtomDirectory::Entry &partner = directory.entries.at((tagint) bond.partner);
+      if (partner.type == 0 || partner.value == 0.0 || partner.value > to_be[i]) continue;
+      const Remembered *const kept = store->find_remembered(i, bond.partner);
+      if (kept && kept->kind == Remembered::JOINED) continue;
+      const double alpha = coefficients->row(atom->type[i], partner.type).alpha;
+      if (alpha > 0.0) sums[i].add(bond.deq, reach(alpha) * (atom->radius[i] + partner.radius));
+    }
+  return sums;
+}
+
+// Collective. Where bonds have flowed or ended the bond file says what the references were; a fix that is new takes all for
+// what they are at the deq of now. Else only those of atoms that are new. Returns which own atoms had theirs
+std::vector<char> VolumeForces::set_references(const std::vector<NeighborDensity> &rest, bool takes,
+                                               const std::vector<double> &to_be)
+{
+  std::vector<char> is_known(atom->nlocal, 0);
+  bigint unknown = 0;
+  for (int i = 0; i < atom->nlocal; i++) {
+    VolumeRecord &own = store->volume(i);
+    is_known[i] = own.batch == to_be[i] && own.is_known();
+    if (takes || !is_known[i]) own.at_rest = rest[i];
+    if (is_known[i]) continue;
+    own.reference = {rest[i], 0.0, 0.0};
+    own.batch = rest[i].slope > 0.0 ? to_be[i] : 0.0;
+    own.strain = 0.0;
+    unknown += takes && store->has_history() && !store->sphere(i).is_new(store->of(i).size());
+  }
+  set_gaps(is_known);
+  unknown = reduce_all(unknown, MPI_SUM, world);
+  if (unknown > 0 && comm->me == 0)
+    error->warning(FLERR,
+                   "{}: the densities at rest of {} atoms whose bonds have flowed or ended are not "
+                   "known, and are taken from the bonds of now: define the fix before the first "
+                   "run, and right after read_restart",
+                   who, unknown);
+  return is_known;
+}
+
+void VolumeForces::note_bonds_at_rest(const PairLists &lists)
+{
+  const int width = columns.n;
+  Values sums((size_t) width * lists.nall, 0.0);
+  const auto add = [&](const PlacedPair &p, double inv_dlim, Ends ends) {
+    if (!(inv_dlim < HUGE_VAL)) return;    // of a pair of another style
+    NeighborDensity share{};
+    share.add(1.0 / p.inv_deq, 1.0 / inv_dlim);
+    for (const auto &[i, end] : {std::pair(p.i, VolumePasses::ROW), {p.j, VolumePasses::PARTNER}}) {
+      if (!(ends & end) || (i == p.j && p.j >= lists.nreact)) continue;
+      sums[width * (size_t) i] += share.rho;
+      sums[width * (size_t) i + 1] += share.slope;
+    }
+  };
+  EVP::for_each_pair(lists.bonds, scene::rows(atom->x), [&](const PlacedPair &p) {
+    if (p.has_joined) return;
+    const Ends ends = has_strain(p.i) && has_strain(p.j) ? ends_of_bond(p.i, p.j) : BOTH;
+    add(p, ends == BOTH ? lists.bonds.inv_dlim[p.index] : 1.0 / dlim(p.i, p.j, true), ends);
+  });
+  exchange.reverse_comm(sums);
+  for (int i = 0; i < lists.nlocal; i++)
+    store->volume(i).at_rest = {sums[width * (size_t) i], sums[width * (size_t) i + 1]};
+}
+
+// Collective. The gap of each atom to the mean of its type, of those that are not at a surface: these have a slope far below
+// the mean, which that of all atoms begins.
+void VolumeForces::set_gaps(const std::vector<char> &is_known)
+{
+  constexpr int ROUNDS = 5, WIDTH = 3;
+  constexpr double SURFACE = 0.85;
+  std::vector<NeighborDensity> mean(atom->ntypes + 1, NeighborDensity{});
+  for (int round = 0; round < ROUNDS; round++) {
+    std::vector<double> sums(WIDTH * mean.size(), 0.0);
+    for (int i = 0; i < atom->nlocal; i++) {
+      const NeighborDensity &own = store->volume(i).at_rest;
+      if (own.slope == 0.0 || own.slope < SURFACE * mean[atom->type[i]].slope) continue;
+      double *const sum = &sums[WIDTH * (size_t) atom->type[i]];
+      sum[0] += 1.0;
+      sum[1] += own.rho;
+      sum[2] += own.slope;
+    }
+    MPI_Allreduce(MPI_IN_PLACE, sums.data(), (int) sums.size(), MPI_DOUBLE, MPI_SUM, world);
+    for (size_t type = 1; type < mean.size(); type++)
+      if (const double *const sum = &sums[WIDTH * type]; sum[0] > 0.0)
+        mean[type] = {sum[1] / sum[0], sum[2] / sum[0]};
+  }
+  for (int i = 0; i < atom->nlocal; i++) {
+    VolumeReference &own = store->volume(i).reference;
+    if (!is_known[i]) own.gap = std::max(0.0, mean[atom->type[i]].rho - own.own.rho);
+  }
+}
+
+void VolumeForces::evaluate(const PairLists &lists, const ParticleView &view)
+{
+  densities.assign((size_t) columns.n * lists.nall, 0.0);
+  EndingBonds ends;
+  if (ending) {
+    ends.strains = ending->strains;
+    ends.failure = ending->failure;
+    ends.owners = ending->owners;
+  }
+  VolumePasses::add_densities(lists.bonds, lists.bonds.inv_dlim, view, densities_of(BONDED), BOTH,
+                              ending ? &ends : nullptr);
+  VolumePasses::find_active(lists.unbonded, view, others[UNBONDED].now);
+  for (const int later : {OF_LATER_ROW, OF_LATER_PARTNER})
+    VolumePasses::find_active(others[later].all, view, others[later].now);
+  find_beside_open(lists);
+  for (Others &some : others)
+    VolumePasses::add_densities(some.now, some.now.inv_deq, view, densities_of(some.column),
+                                some.ends);
+  if (ending) add_leaving(lists, ends.found);
+  exchange.reverse_comm(densities);
+
+  leaving.clear();
+  pulls.assign((size_t) stride * lists.nall, 0.0);
+  strains.resize(lists.nlocal);
+  energy_here = 0.0;
+  for (int i = 0; i < lists.nlocal; i++) {
+    if (ending || any_open)
+      if (const auto reference = find_change(i)) leaving.push_back({i, *reference});
+    const VolumeState now = state(i);
+    strains[i] = now.strain;
+    double *const own = &pulls[stride * (size_t) i];
+    own[BONDED] = now.bonded;
+    own[PULLING] = now.pulling;
+    if (is_plastic) own[PUSHING] = now.pushing;
+    energy_here += now.energy;
+  }
+  exchange.forward_comm(pulls);
+  on_bonds = {lists.bonds.inv_dlim.data(), pulls_of(BONDED)};
+}
+
+void VolumeForces::evaluate_aside(const PairLists &lists)
+{
+  const auto kept = std::make_tuple(leaving, energy_here, strains);
+  evaluate(lists);
+  std::tie(leaving, energy_here, strains) = kept;
+}
+
+}    // namespace EVP
