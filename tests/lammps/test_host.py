@@ -161,7 +161,7 @@ def test_sources_compile_without_mpi(complaints_of):
         """Of one unit that includes all of them: each alone would read the headers anew, for seconds."""
         return complaints_of("".join(f'#include "{source}"\n' for source in sources))
 
-    sources = [path for path in sorted((REPOSITORY / "src").glob("*/*.cpp")) if "MPI_" in path.read_text(encoding="utf-8")]
+    sources = [path for path in sorted((REPOSITORY / "src").rglob("*.cpp")) if "MPI_" in path.read_text(encoding="utf-8")]
     assert len(sources) > 10
     units = []  # [(sources, names)]: static names of a unit must differ
     for source in sources:

@@ -12,7 +12,7 @@ import sys
 
 SOURCES = pathlib.Path(__file__).resolve().parents[3] / "src"
 # The plugin's file, and its sources by name: LAMMPS has files in a folder src too.
-OURS = re.compile(r"evpplugin\.so|\b(?:" + "|".join(re.escape(path.name) for path in sorted(SOURCES.glob("*/*.*"))) + r")\b")
+OURS = re.compile(r"evpplugin\.so|\b(?:" + "|".join(re.escape(path.name) for path in sorted(SOURCES.rglob("*.*"))) + r")\b")
 START = re.compile(
     r"ERROR: AddressSanitizer|runtime error:|(?:Direct|Indirect) leak of|ERROR: LeakSanitizer: "
     r"|Invalid (?:read|write|free)|uninitialised|Mismatched free|Source and destination overlap"
