@@ -69,65 +69,17 @@ struct ThermalState {
   }
 };
 
-/// What pairs leave on the particles of one MPI rank, and what their limits are multiplied by. That of fix evp/heat.
-class Heat {
- public:
-  std::vector<double> generated;    ///< what was added, by particles and ghosts [energy]
-
-  /// Half to each particle of a pair, to the second one where it takes reactions [energy].
-  void add(int i, int j, bool takes_reaction, double energy)
-  {
-    generated[i] += 0.5 * energy;
-    if (takes_reaction) generated[j] += 0.5 * energy;
-  }
-
-  /// Half of what a pair of own particle i has dissipated by flow [energy].
-  virtual void add_plastic(int i, double energy) = 0;
-
-  /// Collective. The pairs were packed. Particles that have come without a temperature get one.
-  virtual void note_packing(const PairLists &) = 0;
-
-  /// Collective. What was added goes to the owners: before particles migrate.
-  virtual void bring_home() = 0;
-
-  /// Is it handed out before the forces of this step?
-  virtual bool is_due() const = 0;
-
-  /// Collective. Conducts by the bonds at the present positions, and hands out what was brought home.
-  virtual void hand_out(const PairLists &) = 0;
-
-  /// Plastic strain of own particle i, each time before limits move on.
-  virtual void take_strain(int i, double p) = 0;
-
-  /// Limits follow the temperatures and strain rates of now.
-  virtual void take_factors() = 0;
-
-  /// Would that change any of an own particle?
-  virtual bool factors_are_old() const = 0;
-
-  /// What the limit of own particle i is multiplied by, as of then.
-  virtual double factor(int i) const = 0;
-
-  /// Time that the explicit damping of the next forces stands for, once in a step; then and outside of steps 0.
-  virtual double take_damping_time() = 0;
-
- protected:
-  ~Heat() = default;
-};
-
 /// Heat of the explicit damping of eq. 4, pair by pair, at the velocities that the forces see.
 class DampingHeat final : public PairConsumer {
  public:
-  /// heat: nullptr without
-  DampingHeat(Heat *heat_in, int nreact_in) :
-      heat(heat_in), nreact(nreact_in), time(heat ? heat->take_damping_time() : 0.0)
-  {
-  }
+  double time = 0.0;    ///< that the damping of a force evaluation stands for
+  int nreact = 0;
+  std::vector<double> *generated = nullptr;    ///< of particles and ghosts [energy]
 
   void operator()(const PairRange &range, PairBlock &block) override
   {
     const int *const partner = range.list.j.data();
-    double *const to = heat->generated.data();
+    double *const to = generated->data();
     const double half = -0.5 * time;
     range.for_each_row([&](int i, int first, int last) {
       double sum = 0.0;
@@ -140,12 +92,6 @@ class DampingHeat final : public PairConsumer {
       to[i] += sum;
     });
   }
-  bool acts() const { return time > 0.0; }
-
- private:
-  Heat *const heat;
-  const int nreact;
-  const double time;
 };
 
 }    // namespace EVP

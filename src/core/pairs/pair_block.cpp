@@ -269,11 +269,10 @@ void BlockLaw::assign(const std::vector<PairLaw> &laws, const std::vector<int> &
 }
 
 void accumulate_forces(PairList &list, const BlockLaw &law, const ParticleView &view,
-                       std::initializer_list<PairConsumer *> consumers)
+                       const std::vector<PairConsumer *> &consumers)
 {
   BlockLaw::Asked asked;
-  for (const PairConsumer *consumer : consumers)
-    if (consumer) consumer->ask(list, asked);
+  for (const PairConsumer *consumer : consumers) consumer->ask(list, asked);
   asked.damping = view.v != nullptr;
 
   PairBlock block;
@@ -282,8 +281,7 @@ void accumulate_forces(PairList &list, const BlockLaw &law, const ParticleView &
     block.flow = list.flow_arrays(range.first);
     if (!list.are_bonds && !list.stays() && count_past_cutoff(block) == block.n) return;
     law(block, asked);
-    for (PairConsumer *consumer : consumers)
-      if (consumer) (*consumer)(range, block);
+    for (PairConsumer *consumer : consumers) (*consumer)(range, block);
     scatter(range, block, block.force, view.nreact, view.f);
   });
 }

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <initializer_list>
 #include <vector>
 
 namespace EVP {
@@ -228,17 +227,24 @@ class ChangingPairs : public PairConsumer {
   }
 };
 
-/// Bonds of a list that end: past their cutoff, or, stretched, where their particles have failed.
+/// Says of which particles and ghosts a bond fails where it is stretched.
+class FailureCriterion {
+ public:
+  virtual bool fails(int i, int j) const = 0;
+
+ protected:
+  ~FailureCriterion() = default;
+};
+
+/// Bonds of a list that end: past their cutoff, or where they fail.
 struct EndingBonds final : ChangingPairs {
-  /// Plastic strain of particles and ghosts, and the mean of two where a bond ends. nullptr: none fails by it
-  const double *strains = nullptr;
-  double failure = 0.0;
+  std::vector<const FailureCriterion *> criteria;
 
   /// Takes those of a block; mostly none ends. Those that fail have neither force nor potential any more.
   void operator()(const PairRange &range, PairBlock &block) override
   {
     constexpr double STRETCHED = (1.0 + STRETCH_MARGIN) * (1.0 + STRETCH_MARGIN);
-    if (!strains && !any_past(block)) return;
+    if (criteria.empty() && !any_past(block)) return;
     range.for_each_row([&](int i, int first, int last) {
       for (int n = first; n < last; n++) {
         const int k = n - range.first;
@@ -260,7 +266,12 @@ struct EndingBonds final : ChangingPairs {
       return count_past_cutoff(block, margin) > 0;
     });
   }
-  bool fails(int i, int j) const { return strains && 0.5 * (strains[i] + strains[j]) >= failure; }
+  bool fails(int i, int j) const
+  {
+    return std::any_of(criteria.begin(), criteria.end(), [i, j](const FailureCriterion *one) {
+      return one->fails(i, j);
+    });
+  }
 };
 
 /// Contacts of a list that become bonds, as they come within a distance, and those that may from now on, as they are
@@ -307,9 +318,9 @@ struct BeginningBonds final : ChangingPairs {
 
 /// Adds the forces of all interacting pairs of a list to view.f: what one time step does, and nothing else. Everything a
 /// pair needs was looked up when the list was packed. Pairs are gathered in blocks, the law goes over a block at once,
-/// consumers follow in their order (nullptr is none), and the forces are scattered.
+/// consumers follow in their order, and the forces are scattered.
 void accumulate_forces(PairList &list, const BlockLaw &law, const ParticleView &view,
-                       std::initializer_list<PairConsumer *> consumers = {});
+                       const std::vector<PairConsumer *> &consumers = {});
 
 /// What the last evaluation of a list would change comes into force, and is added to the sums of the particles. Contacts add
 /// nothing to the plastic strain.

@@ -153,7 +153,6 @@ class PairList {
   std::vector<PackedRow> rows;
   std::vector<double> inv_deq, cutsq;    ///< see PackedPair
   std::vector<int> j, law;
-  std::vector<double> inv_dlim;    ///< of bonds, for the volume energy; else empty [1/length]
 
   // with flow that stays, else empty
   std::vector<double> limit;                       ///< see PairVariables
@@ -166,6 +165,20 @@ class PairList {
   std::vector<char> join;
   bool joins = false;
 
+  /// A value of each pair that an effect keeps beside those of the list until the next packing.
+  struct Column {
+    double of_new;    ///< of pairs that are added
+    std::vector<double> values;
+  };
+  std::vector<Column> columns;
+
+  /// Returns the place of a new one.
+  size_t add_column(double of_new)
+  {
+    columns.push_back({of_new, std::vector<double>(count, of_new)});
+    return columns.size() - 1;
+  }
+
   explicit PairList(bool are_bonds_in) : are_bonds(are_bonds_in) {}
   const bool are_bonds;
 
@@ -177,7 +190,7 @@ class PairList {
   /// margin: of the cutoffs of its pairs.
   void clear(double margin_in, Flow flow_in)
   {
-    std::vector<double>().swap(inv_dlim);
+    columns.clear();
     std::vector<char>().swap(join);
     joins = false;
     count = 0;
@@ -227,6 +240,7 @@ class PairList {
     row.last = first + n;
     count += n;
     if (joins) join.resize(count, 0);
+    for (Column &column : columns) column.values.resize(count, column.of_new);
   }
 
   double cutoff_squared(double cutoff) const { return EVP::cutoff_squared(cutoff, margin); }
@@ -263,12 +277,13 @@ class PairList {
       }
     };
     if (out.empty()) return;
-    for (auto *values : {&inv_deq, &cutsq, &inv_dlim, &limit, &inv_deq_next, &dissipated})
-      keep(*values);
+    for (auto *values : {&inv_deq, &cutsq, &limit, &inv_deq_next, &dissipated}) keep(*values);
     for (auto *values : {&j, &law}) keep(*values);
-    std::vector<char> kept;    // adding rows resizes it
-    kept.swap(join);
-    keep(kept);
+    // adding rows resizes these
+    const std::vector<char> kept = keep_apart(join, keep);
+    std::vector<Column> kept_columns = keep_apart(columns, [&](std::vector<Column> &all) {
+      for (Column &column : all) keep(column.values);
+    });
     const std::vector<PackedRow> before = rows;
     rows.clear();
     count = 0;
@@ -278,6 +293,8 @@ class PairList {
       add_row(row.i, row.last - row.first - (int) (next - first));
     }
     if (joins) std::copy_n(kept.begin(), count, join.begin());
+    for (Column &column : kept_columns) column.values.resize(count);
+    columns.swap(kept_columns);
   }
 
   int owner_of(int n) const
@@ -306,14 +323,25 @@ class PairList {
 
   double memory_usage() const
   {
-    return bytes_of(rows, inv_deq, cutsq, inv_dlim, j, law, limit, inv_deq_next, dissipated,
-                    any_flow, join);
+    double bytes =
+        bytes_of(rows, inv_deq, cutsq, j, law, limit, inv_deq_next, dissipated, any_flow, join);
+    for (const Column &column : columns) bytes += bytes_of(column.values);
+    return bytes;
   }
 
  private:
   size_t count = 0;
   double margin = 0.0;
   Flow flow_ = Flow::FORGETS;
+
+  // what keep() leaves of the values, which are empty from then on
+  template <class T, class F> static T keep_apart(T &values, F &&keep)
+  {
+    T apart;
+    apart.swap(values);
+    keep(apart);
+    return apart;
+  }
 };
 
 /// Weight of a pair with partner j in sums over all MPI ranks: where a ghost takes no reaction, its
@@ -326,19 +354,24 @@ inline double rank_share(int j, int nreact)
 /// All pairs of one MPI rank, rebuilt with the neighbor list.
 struct PairLists {
   PairList bonds{true}, contacts{false};
-  /// Pairs that the volume energy counts as without a bond: never bonded, broken, or joined since; their deq is their dlim.
-  PairList unbonded{false};
-  long build = 0;           ///< counts the packings: indices of pairs hold as long as it does
-  long common_build = 0;    ///< counts those that were collective
-  int nlocal = 0;           ///< particles that the lists were built for: own,
-  int nall = 0;             ///< and with ghosts
-  int nreact = 0;           ///< below it they take reactions: ghosts do where newton is on
+  std::vector<double> limits;    ///< with plasticity, of particles and ghosts: see Limit
+  long build = 0;                ///< counts the packings: indices of pairs hold as long as it does
+  long common_build = 0;         ///< counts those that were collective
+  int nlocal = 0;                ///< particles that the lists were built for: own,
+  int nall = 0;                  ///< and with ghosts
+  int nreact = 0;                ///< below it they take reactions: ghosts do where newton is on
 
   size_t size() const { return bonds.size() + contacts.size(); }
 
+  /// How far a pair of particle i holds, by the limit of its partner; own: that of its law, which goes before, or 0.
+  double limit_of(double own, int i, double of_partner) const
+  {
+    return own > 0.0 ? own : std::min(limits[i], of_partner);
+  }
+
   double memory_usage() const
   {
-    return bonds.memory_usage() + contacts.memory_usage() + unbonded.memory_usage();
+    return bonds.memory_usage() + contacts.memory_usage() + bytes_of(limits);
   }
 };
 
@@ -387,6 +420,7 @@ template <class F> void for_each_pair(const PairLists &lists, const double (*x)[
 class PerAtomComm {
  public:
   using Values = std::vector<double>;    ///< a fixed number of values per particle and ghost
+  static constexpr int WIDTH = 3;        ///< this many, unless said otherwise
 
   /// Ghosts take the values of their owners.
   virtual void forward_comm(Values &) = 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/volume/volume_energy.h"
+#include "core/pairs/pairs.h"
 
 #include <algorithm>
 #include <cmath>
@@ -83,12 +83,17 @@ LanczosResult largest_eigenvalue(std::vector<double> &start, Apply &&apply, Dot 
   return {history.empty() ? 0.0 : history.back(), false};
 }
 
+/// No less than d2U/drho2 of a particle is [energy]: by the density of its bonds alone, and by that of all its pairs.
+struct DensityStiffness {
+  double bonded, total;
+};
+
 /// The matrices K and C of the pairs that interact, linearised at the present positions.
 class StiffnessMatrix {
  public:
-  /// Weights of axial stiffness, transverse stiffness, damping, volume stiffness and that of undamped links in a matrix.
+  /// Weights of axial stiffness, transverse stiffness, damping, stiffness of densities and that of undamped links in a matrix.
   struct Mix {
-    double axial, across, damping, volume = 0.0, undamped = 0.0;
+    double axial, across, damping, density = 0.0, undamped = 0.0;
   };
 
   /// A pair with at least one free particle. Forces on i are
@@ -100,19 +105,19 @@ class StiffnessMatrix {
     double damping;          ///< [force/velocity]
   };
 
-  /// The part of a link in the volume energy.
-  struct VolumeLink {
-    double opening = 0.0;         ///< of minus the density of i and j by the length [1/length]
-    double above_volume = 0.0;    ///< all together no softer than the volume energy [force/length]
-    bool is_bond = true;          ///< does that density count as bonded?
+  /// The part of a link in energies of densities.
+  struct DensityLink {
+    double opening = 0.0;          ///< of minus the density of i and j by the length [1/length]
+    double above_density = 0.0;    ///< all together no softer than these energies [force/length]
+    bool is_bond = true;           ///< does that density count as bonded?
   };
 
   std::vector<Link> links;
 
-  // of the volume energy: sum_i K_i b_i b_i^T, with b_i the derivative of the density of i, by all links or by bonds alone
-  bool with_volume = false;                         ///< the same on all ranks
-  std::vector<VolumeLink> volume_links;             ///< of the links; empty without
-  std::vector<VolumeStiffness> volume_stiffness;    ///< of own particles
+  // of energies of densities, as the volume energy: sum_i K_i b_i b_i^T, with b_i the derivative of the density of i, by all links or by bonds alone
+  bool with_densities = false;                        ///< the same on all ranks
+  std::vector<DensityLink> density_links;             ///< of the links; empty without
+  std::vector<DensityStiffness> density_stiffness;    ///< of own particles
 
   std::vector<double> inverse_mass;    ///< of own particles and ghosts, 0 where held
   std::vector<double> start;           ///< of Lanczos, three values per own particle, 0 where held
@@ -123,9 +128,12 @@ class StiffnessMatrix {
 
   bool is_free(int i) const { return inverse_mass[i] > 0.0; }
 
-  // of links, with the springs above the volume energy
-  double above_volume(size_t k) const { return with_volume ? volume_links[k].above_volume : 0.0; }
-  double most_axial(size_t k) const { return links[k].axial + above_volume(k); }
+  // of links, with the springs above these energies
+  double above_density(size_t k) const
+  {
+    return with_densities ? density_links[k].above_density : 0.0;
+  }
+  double most_axial(size_t k) const { return links[k].axial + above_density(k); }
   double undamped(size_t k) const { return links[k].damping > 0.0 ? 0.0 : most_axial(k); }
 
   /// Collective. Of M^-1/2 (mixed matrix) M^-1/2 over the free particles; errors: see
@@ -145,8 +153,8 @@ class StiffnessMatrix {
   }
 
   /// Collective. Gershgorin: sum of absolute values of each row of M^-1 (mixed matrix) over the free
-  /// particles, three values per own particle, 0 where held. No eigenvalue is above the largest. The volume energy enters
-  /// by the springs above it.
+  /// particles, three values per own particle, 0 where held. No eigenvalue is above the largest. Energies of densities enter
+  /// by the springs above them.
   std::vector<double> row_sums(const Mix &mix) const
   {
     // per particle: own block xx yy zz, xy xz yz, and absolute row sums towards free partners
@@ -154,7 +162,7 @@ class StiffnessMatrix {
     for (size_t k = 0; k < links.size(); k++) {
       const Link &link = links[k];
       const double across = mix.across * link.across,
-                   axial = axial_in(mix, k) + mix.volume * above_volume(k);
+                   axial = axial_in(mix, k) + mix.density * above_density(k);
       const auto &[x, y, z] = link.u;
       const double own[] = {axial * x * x + across, axial * y * y + across, axial * z * z + across};
       const double beside[] = {axial * x * y, axial * x * z, axial * y * z};
@@ -184,19 +192,19 @@ class StiffnessMatrix {
     return sums;
   }
 
-  /// Collective. Finds VolumeLink::above_volume. By Cauchy and Schwarz (sum_j b e_j)^2 <= (sum_j b) (sum_j b e_j^2).
-  void find_springs_above_volume()
+  /// Collective. Finds DensityLink::above_density. By Cauchy and Schwarz (sum_j b e_j)^2 <= (sum_j b) (sum_j b e_j^2).
+  void find_springs_above_density()
   {
     find_pulls(1.0, [this](size_t k) {
-      return volume_links[k].opening;
+      return density_links[k].opening;
     });
     for (size_t k = 0; k < links.size(); k++)
-      volume_links[k].above_volume = volume_links[k].opening * pull(k);
+      density_links[k].above_density = density_links[k].opening * pull(k);
   }
 
   double memory_usage() const
   {
-    return bytes_of(links, volume_links, volume_stiffness, inverse_mass, start, motion, reaction,
+    return bytes_of(links, density_links, density_stiffness, inverse_mass, start, motion, reaction,
                     change);
   }
 
@@ -229,7 +237,7 @@ class StiffnessMatrix {
       const double along = axial_in(mix, k) * dot(link.u, dv);
       react(link, link.u * along + dv * (mix.across * link.across));
     }
-    if (with_volume && mix.volume > 0.0) apply_volume(mix.volume);
+    if (with_densities && mix.density > 0.0) apply_densities(mix.density);
     exchange.reverse_comm(reaction);
     scale(reaction, out);
   }
@@ -245,13 +253,13 @@ class StiffnessMatrix {
     };
     for (size_t k = 0; k < links.size(); k++) {
       const double value = share(k);
-      add(links[k].i, volume_links[k].is_bond, value);
-      if (links[k].j < nreact) add(links[k].j, volume_links[k].is_bond, value);
+      add(links[k].i, density_links[k].is_bond, value);
+      if (links[k].j < nreact) add(links[k].j, density_links[k].is_bond, value);
     }
     exchange.reverse_comm(change);
-    for (size_t i = 0; i < volume_stiffness.size(); i++) {
-      change[3 * i] *= weight * volume_stiffness[i].total;
-      change[3 * i + 1] *= weight * volume_stiffness[i].bonded;
+    for (size_t i = 0; i < density_stiffness.size(); i++) {
+      change[3 * i] *= weight * density_stiffness[i].total;
+      change[3 * i + 1] *= weight * density_stiffness[i].bonded;
     }
     exchange.forward_comm(change);
   }
@@ -261,19 +269,19 @@ class StiffnessMatrix {
   {
     const double *const of_i = &change[(size_t) 3 * links[k].i],
                         *const of_j = &change[(size_t) 3 * links[k].j];
-    return of_i[0] + of_j[0] + (volume_links[k].is_bond ? of_i[1] + of_j[1] : 0.0);
+    return of_i[0] + of_j[0] + (density_links[k].is_bond ? of_i[1] + of_j[1] : 0.0);
   }
 
   // adds sum_i K_i b_i b_i^T motion to reaction
-  void apply_volume(double weight)
+  void apply_densities(double weight)
   {
     find_pulls(weight, [this](size_t k) {
       const Link &link = links[k];
-      return volume_links[k].opening *
+      return density_links[k].opening *
           dot(link.u, vector_of(motion, link.i) - vector_of(motion, link.j));
     });
     for (size_t k = 0; k < links.size(); k++)
-      react(links[k], links[k].u * (volume_links[k].opening * pull(k)));
+      react(links[k], links[k].u * (density_links[k].opening * pull(k)));
   }
 
   void react(const Link &link, const Vector &force)

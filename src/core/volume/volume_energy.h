@@ -5,6 +5,7 @@
 #include "core/bonds/bond_store.h"
 #include "core/pairs/pair_block.h"
 #include "core/pairs/pairs.h"
+#include "core/timestep/stiffness_matrix.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,15 +20,10 @@ struct DensityNow {
   double bonded, pulling, pushing = 0.0;
 };
 
-/// No less than d2U/drho2 of a particle is [energy]: by the density of its bonds alone, and by that of all its pairs.
-struct VolumeStiffness {
-  double bonded, total;
-};
-
 /// Energy of a particle, -dU/drho by each density, stiffness [energy]; its volume strain.
 struct VolumeState {
   double energy, bonded, pulling, pushing;
-  VolumeStiffness stiffness;
+  DensityStiffness stiffness;
   double strain;
 };
 

@@ -21,28 +21,19 @@
 #include <cstring>
 #include <memory>
 #include <string>
-#include <type_traits>
 
 namespace EVP {
 
 class BondStore;
-class Heat;
-class PairWork;
-class VolumeForces;
 
-/// A fix that shares an object with the pair style and with other fixes. These find it by its type, and look again at each
-/// set-up, as the fix may go between runs.
-template <class T> class Shares {
+/// The fix with the records of the bonds.
+class HasBondStore {
  public:
-  virtual std::shared_ptr<T> share() const = 0;
+  virtual std::shared_ptr<const BondStore> records() const = 0;
 
  protected:
-  ~Shares() = default;
+  ~HasBondStore() = default;
 };
-
-template <class T>
-constexpr bool is_shared = std::is_same_v<T, const BondStore> || std::is_same_v<T, Heat> ||
-    std::is_same_v<T, PairWork> || std::is_same_v<T, VolumeForces>;
 
 /// Are two atoms or ghosts of two bodies, as they are now? One without a molecule, which has the ID 0, is of none.
 inline bool in_different_bodies(const Atom *atom, BodyRule within, int i, int j)
@@ -90,13 +81,12 @@ namespace scene {
                    who, other->id, other->id);
   }
 
-  /// The object of this type that a fix shares, nullptr without such a fix.
-  template <class T> std::shared_ptr<T> find_shared(const Modify *modify)
+  /// Those of the bonds, nullptr without their fix.
+  inline std::shared_ptr<const BondStore> find_records(const Modify *modify)
   {
-    static_assert(is_shared<T>, "no fix shares an object of this type");
     for (int k = 0; k < modify->nfix; k++)
-      if (const auto *const owner = dynamic_cast<const Shares<T> *>(modify->fix[k]))
-        return owner->share();
+      if (const auto *const owner = dynamic_cast<const HasBondStore *>(modify->fix[k]))
+        return owner->records();
     return nullptr;
   }
 

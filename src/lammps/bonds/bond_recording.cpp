@@ -49,7 +49,7 @@ void BondRecording::record_zone(const NeighList *list, double zone_in, const Pai
   made.resize(atom->nlocal);
   remembered.resize(atom->nlocal);
   inside.resize(atom->nlocal);
-  const PairRules &rules = pair_data->rules;
+  const PairRules &rules = pair_data->rules();
   const double reach = store && rules.joins() ? APART * rules.join.within : 0.0;
   BondStore::Bonds own;    // of one atom: copies take no more room than they need
   std::string complaint;

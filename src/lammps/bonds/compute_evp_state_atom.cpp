@@ -138,6 +138,17 @@ void ComputeEVPStateAtom::add_pairs(const PairData *pair_data)
   });
 }
 
+double ComputeEVPStateAtom::value_of_effects(const std::string &name, int i,
+                                             const PairData *pair_data)
+{
+  double found = 0.0;
+  pair_data->effects.for_each([&](const Effect &one) {
+    const std::vector<double> *const values = one.values_of_atoms(name);
+    if (values && i < (int) values->size()) found = (*values)[i];
+  });
+  return found;
+}
+
 double ComputeEVPStateAtom::value_of(Value value, int i, const PairData *pair_data) const
 {
   const BondStore *const bonds = pair_data->bonds();
@@ -150,7 +161,7 @@ double ComputeEVPStateAtom::value_of(Value value, int i, const PairData *pair_da
     case Value::BONDS_NOW:
       return sums[(size_t) comm_reverse * i + WITHIN];
     case Value::VOLUME_STRAIN:
-      return pair_data->volume() ? pair_data->volume()->strain(i) : 0.0;
+      return value_of_effects("volume_strain", i, pair_data);
     default:
       break;
   }

@@ -46,6 +46,7 @@ class ComputeEVPStateAtom : public EVP::WithPerAtomComm<Compute> {
 
   bool has(Value) const;
   void add_pairs(const EVP::PairData *);
+  static double value_of_effects(const std::string &name, int i, const EVP::PairData *);
   double value_of(Value, int i, const EVP::PairData *) const;
 };
 

@@ -102,9 +102,9 @@ void FixEVPBonds::init()
   stepping = false;
   ended_step = -1;
   check_history();
-  bonds->keep_history(pair_data->rules.has_history());
-  bonds->keep_volume(VolumeForces::find(modify) ||
-                     (bonds->has_volume() && scene::find_fix(modify, "evp/volume")));
+  bonds->keep_history(pair_data->rules().has_history());
+  const bool acts = pair_data->effects.any(&Effect::needs_bonds);
+  bonds->keep_volume(acts || (bonds->has_volume() && scene::find_fix(modify, "evp/volume")));
   pair_data->histories.begin_run(bonds.get(), this, events != nullptr);
   set_exchange_room();
 
@@ -127,7 +127,7 @@ void FixEVPBonds::init()
 // flow and breaking are known to the pair style in force only
 void FixEVPBonds::check_history() const
 {
-  const auto &rules = pair_data->rules;
+  const auto &rules = pair_data->rules();
   if (events && !rules.has_history())
     error->all(
         FLERR,
@@ -144,7 +144,7 @@ void FixEVPBonds::check_history() const
   if (!rules.plastic && bonds->has_given())
     error->all(FLERR,
                "{}: fix_modify plastic_strain needs 'plasticity isotropic' of the pair style", who);
-  const bool heats = scene::find_fix(modify, "evp/heat") != nullptr;
+  const bool heats = pair_data->effects.any(&Effect::takes_heat);
   if (!rules.has_history() && !heats) return;
   for (int k = 0; k < modify->nfix && modify->fix[k] != this; k++) {
     const Fix *const other = modify->fix[k];
@@ -308,7 +308,7 @@ void FixEVPBonds::pre_force(int /*vflag*/)
 // before the forces that see them first
 void FixEVPBonds::take_new_atoms()
 {
-  if (!takes_new && !pair_data->rules.joins()) return;
+  if (!takes_new && !pair_data->rules().joins()) return;
   bool any = false;
   for (int i = 0; i < atom->nlocal; i++) any = any || bonds->is_unseen(i);
   if (!on_any(any, world)) return;
@@ -338,7 +338,7 @@ void FixEVPBonds::record()
                twice);
   BondRecording recording(lmp, this, who, bonds->within);
   stop_at_bad_input(error, who, [&] {
-    if (!file.empty()) return recording.record_file(file, pair_data->rules);
+    if (!file.empty()) return recording.record_file(file, pair_data->rules());
     record_from_list(recording, nullptr);
   });
   check_box(pair_data);
@@ -352,7 +352,7 @@ void FixEVPBonds::record()
                    "though bonds may have been recorded before: to keep these, give the fix the ID "
                    "that it had in the restart file, or use write_evp_bonds and the keyword file",
                    who);
-  recording.report(*bonds, pair_data->rules.contact != Contact::NONE);
+  recording.report(*bonds, pair_data->rules().contact != Contact::NONE);
 }
 
 // once, where a row of the pair style needs it

@@ -20,7 +20,7 @@ namespace LAMMPS_NS {
 
 /// Records the bonds of a body at the first set-up, and owns the records: their life with the atoms,
 /// in restart files, and what users read of them.
-class FixEVPBonds : public EVP::WithPerAtomComm<Fix>, public EVP::Shares<const EVP::BondStore> {
+class FixEVPBonds : public EVP::WithPerAtomComm<Fix>, public EVP::HasBondStore {
  public:
   FixEVPBonds(class LAMMPS *, int, char **);
   ~FixEVPBonds() override;
@@ -52,7 +52,7 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix>, public EVP::Shares<const E
   double compute_vector(int) override;
 
   /// The records. The store is closed when the fix goes, and stays until its last reader drops it.
-  std::shared_ptr<const EVP::BondStore> share() const override { return bonds; }
+  std::shared_ptr<const EVP::BondStore> records() const override { return bonds; }
 
   double memory_usage() override { return bonds->memory_usage(); }
   void grow_arrays(int nmax) override { bonds->grow(nmax); }
@@ -68,8 +68,6 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix>, public EVP::Shares<const E
   // with their number in front, and a seal
   int size_restart(int i) override { return 2 + (int) bonds->words_of(i); }
   int maxsize_restart() override { return 2 + maxexchange; }
-
-  const EVP::BondStore &records() const { return *bonds; }
 
   /// Collective. Stops if an atom of any MPI rank is not the one recorded under its ID.
   void check_ids() const;

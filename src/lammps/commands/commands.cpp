@@ -73,14 +73,14 @@ const BondStore &WriteEVPBonds::find_records() const
   auto *bonds = dynamic_cast<FixEVPBonds *>(scene::find_fix(modify, "evp/bonds"));
   if (!bonds)
     error->all(FLERR, "write_evp_bonds: there is no fix evp/bonds, hence no bonds to write");
-  if (!bonds->records().has_recorded())
+  if (!bonds->records()->has_recorded())
     error->all(FLERR,
                "write_evp_bonds: fix {} has not recorded yet, it does so at the first setup: use "
                "'run 0' before",
                bonds->id);
   bonds->return_histories();
   bonds->check_ids();
-  return bonds->records();
+  return *bonds->records();
 }
 
 // Both atoms of a pair keep it: the one with the lower ID writes, unless its partner was deleted, whom a

@@ -67,8 +67,7 @@ void FixNVEEVP::init()
   check_groups();
   positions_known = false;
   if (path && !keeps_records()) keep_records();
-  heat = scene::find_shared<Heat>(modify);
-  balance_wanted = scene::find_fix(modify, "evp/energy") || heat.lock();
+  powers_wanted = pair_data->effects.any(&Effect::asks_for_powers);
   rotation_warned = false;
   solver.forget();
   dampers.forget();    // another pair style may have come to the same count of builds
@@ -131,7 +130,7 @@ void FixNVEEVP::setup(int vflag)
   vflag_now = vflag;
   find_null_moves();
   collect_dampers();
-  if (balance_wanted) find_rates(0.0);
+  if (powers_wanted) find_rates(0.0);
   solve_and_apply(0.5 * update->dt);
   remember_positions();
   if (forces_follow) dt_applied = 0.0;    // solve anew with what they add to f from here on
@@ -154,9 +153,9 @@ void FixNVEEVP::initial_integrate(int /*vflag*/)
 void FixNVEEVP::final_integrate()
 {
   collect_dampers();
-  if (balance_wanted) find_rates(update->dt);
+  if (powers_wanted) find_rates(update->dt);
   solve_and_apply(update->dt);
-  if (balance_wanted) dampers.find_mean_rates();
+  if (powers_wanted) dampers.find_mean_rates();
   remember_positions();
   kick(false);
 }
@@ -175,7 +174,7 @@ void FixNVEEVP::collect_dampers()
     solver.find_bodies(*pair_data, groupbit);
   }
   // a bond that ends moves the numbers of pairs on its rank: both copies of a pair must start from one force
-  if (pair_data->rules.has_history() && on_any(!dampers.are_of(list), world)) dampers.forget();
+  if (pair_data->rules().has_history() && on_any(!dampers.are_of(list), world)) dampers.forget();
   dampers.collect(list, scene::rows(atom->x), gamma_of);
   if (!others_groupbits) return;
 
@@ -269,10 +268,12 @@ void FixNVEEVP::kick(bool after)
       const double scale = half * scene::inverse_mass(atom, force, i);
       for (int c = 0; c < 3; c++) atom->v[i][c] += scale * atom->f[i][c];
     }
-  const auto of_fix = heat.lock();
-  if (!of_fix || applied.empty()) return;
-  dampers.for_each_power(after, [&](int i, const Dampers::Damper &damper, double power) {
-    of_fix->add(i, damper.j, dampers.takes_reaction(damper), half * power);
+  if (applied.empty()) return;
+  pair_data->effects.for_each([&](Effect &one) {
+    if (!one.takes_heat()) return;
+    dampers.for_each_power(after, [&](int i, const Dampers::Damper &damper, double power) {
+      one.add_heat(i, damper.j, dampers.takes_reaction(damper), half * power);
+    });
   });
 }
 

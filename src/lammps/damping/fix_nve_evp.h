@@ -2,9 +2,9 @@
 #pragma once
 
 #include "core/damping/dampers.h"
-#include "core/heat/heat.h"
 #include "lammps/base/per_atom.h"
 #include "lammps/damping/damping_solver.h"
+#include "lammps/pairs/effect.h"
 #include "lammps/pairs/pair_data.h"
 
 #include "domain.h"
@@ -24,7 +24,11 @@ namespace LAMMPS_NS {
 /// Between steps atoms hold v = (v- + v+)/2, and f holds F plus the damping force that took v- to v+,
 /// so that both half kicks are those of plain leapfrog and other fixes read the whole force.
 /// The records are unwrapped positions at the last solve, where a fix move may turn or accelerate atoms.
-class FixNVEEVP : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, std::array<double, 3>> {
+class FixNVEEVP :
+    public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, std::array<double, 3>>,
+    public EVP::Effect,
+    public EVP::HasEffect,
+    public EVP::SolvedDamping {
  public:
   FixNVEEVP(class LAMMPS *, int, char **);
   ~FixNVEEVP() override { atom->delete_callback(id, Atom::GROW); }
@@ -45,18 +49,17 @@ class FixNVEEVP : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, std::array<
   void min_setup(int vflag) override { v_init(vflag); }
   void min_post_force(int vflag) override { v_init(vflag); }
 
-  /// Damping force that f holds now [force], three values per local atom; empty without damping.
-  const std::vector<double> &applied_damping() const { return applied; }
+  // see EVP::Effect and EVP::SolvedDamping; powers are known where an effect asks for them
 
-  /// Power that the dampers of this MPI rank take [energy/time], in the mean over the half step before
-  /// the present positions, or after them; pairs that another rank holds too count by half. Known where
-  /// a fix evp/energy is defined.
-  double power_before() const { return dampers.power(false); }
-  double power_after() const { return dampers.power(true); }
-
-  /// Power that a box which deforms with 'remap v' puts in by the dampers across its boundary, at the
-  /// present positions, on this MPI rank [energy/time]; where power_before() is known.
-  double power_of_box() const;
+  std::shared_ptr<EVP::Effect> effect() override { return self; }
+  int damped_groupbits() const override { return groupbit; }
+  bool updates_each_step() const override { return true; }
+  std::string describe() const override { return " by fix nve/evp"; }
+  const EVP::SolvedDamping *solved_damping() const override { return this; }
+  const std::vector<double> &applied_damping() const override { return applied; }
+  double power_before() const override { return dampers.power(false); }
+  double power_after() const override { return dampers.power(true); }
+  double power_of_box() const override;
 
   // f_ID: iterations of the last solve; f_ID[1], f_ID[2]: their mean and maximum in this run
   double compute_scalar() override { return last_iterations; }
@@ -80,16 +83,17 @@ class FixNVEEVP : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, std::array<
   EVP::PairData *pair_data = nullptr;
   int others_groupbits = 0;               // groups of the other fixes that move atoms by forces
   std::vector<const Fix *> null_moves;    // those of style move with a component NULL
-  bool forces_follow = false;       // fixes defined later add forces, at set-up after its solve
-  std::weak_ptr<EVP::Heat> heat;    // of fix evp/heat, which may go between runs
-  bool balance_wanted = false;    // fixes evp/energy and evp/heat ask for the power of the dampers
+  bool forces_follow = false;    // fixes defined later add forces, at set-up after its solve
+  bool powers_wanted = false;    // an effect asks for those of the dampers
+  std::shared_ptr<EVP::Effect> self{this, [](auto *) {
+                                    }};    // for the pairs, gone with the fix
   bool rotation_warned = false;
   bool positions_known = false;    // the records are those of the last solve
 
   EVP::Dampers dampers;
   EVP::DampingSolver solver;
-  Values velocities;          // with ghosts: mean ones over the last step; where balance_wanted
-  Values image_velocities;    // of periodic images against their owners; where balance_wanted
+  Values velocities;          // with ghosts: mean ones over the last step; where powers_wanted
+  Values image_velocities;    // of periodic images against their owners; where powers_wanted
   Values prescribed;          // velocities after the step, used outside the group
   Values applied;    // damping force that f holds, from one solve to the kick after it; or empty
   double dt_applied = 0.0;    // timestep that it was solved for, 0 if it must be solved anew

@@ -3,7 +3,6 @@
 #include "lammps/energy/fix_evp_energy.h"
 
 #include "lammps/base/collective.h"
-#include "lammps/damping/fix_nve_evp.h"
 
 #include "domain.h"
 #include "group.h"
@@ -29,16 +28,45 @@ void FixEVPEnergy::init()
   pair_data = PairData::require(force, error, who);
   scene::refuse_respa(update, error, who);
   bonds = scene::find_fix(modify, "evp/bonds");
-  implicit = dynamic_cast<const FixNVEEVP *>(scene::find_fix(modify, "nve/evp"));
+  implicit = nullptr;
+  pair_data->effects.for_each([this](const Effect &one) {
+    if (one.solved_damping()) implicit = one.solved_damping();
+  });
   integrated_groupbits = 0;
   for (const Fix *other : modify->get_fix_list())
     if (scene::integrates_atoms(other)) integrated_groupbits |= other->groupbit;
-  work->separates = others_act();
+  work.separates = others_act();
   box.begin_run(domain->deform_vremap);
   if (box.acts)
     box.kinetic = kinetic_here();    // set-up wraps atoms
   else
-    work->images = {};
+    work.images = {};
+}
+
+// a minimization has no energy balance
+bool FixEVPEnergy::begin_run(PairData &pairs)
+{
+  work.forget();
+  work.bonds_end = pairs.rules().has_history();
+  return update->whichflag != 2;
+}
+
+// a bond of two MPI ranks counts half on each
+void FixEVPEnergy::far_bonds_found(const std::vector<FarBond> &bonds)
+{
+  work.beyond_list = {};
+  for (const FarBond &bond : bonds) {
+    work.beyond_list.held.elastic += 0.5 * bond.state.stored.elastic;
+    work.beyond_list.held.forgotten += 0.5 * bond.state.stored.forgotten;
+    work.beyond_list.dissipated += 0.5 * bond.state.dissipated;
+  }
+}
+
+// the first forces of a step
+void FixEVPEnergy::before_forces(const ParticleView &view)
+{
+  reads = !work.is_evaluated();
+  if (reads) work.begin(pair_data->lists().nall, view);
 }
 
 // May anything but this pair style and fix nve/evp add to f, or may atoms change from integrated to prescribed during the run?
@@ -81,9 +109,9 @@ void FixEVPEnergy::setup(int /*vflag*/)
 // of the forces since the last call; there are none where rerun ends its step right after set-up
 void FixEVPEnergy::bring_forces_home()
 {
-  if (!work->claim()) return;
-  if (!work->force.empty()) reverse_comm(work->force);
-  if (!work->damping.empty()) reverse_comm(work->damping);
+  if (!work.claim()) return;
+  if (!work.force.empty()) reverse_comm(work.force);
+  if (!work.damping.empty()) reverse_comm(work.damping);
 }
 
 void FixEVPEnergy::unwrap(int i, double *x) const
@@ -96,8 +124,8 @@ void FixEVPEnergy::unwrap(int i, double *x) const
 // of the last force evaluation
 ActingForces FixEVPEnergy::acting_forces() const
 {
-  return {atom->f[0], work->force.data(), work->damping.empty() ? nullptr : work->damping.data(),
-          is_solved() ? implicit->applied_damping().data() : nullptr, work->separates};
+  return {atom->f[0], work.force.data(), work.damping.empty() ? nullptr : work.damping.data(),
+          is_solved() ? implicit->applied_damping().data() : nullptr, work.separates};
 }
 
 // work of a box that deforms on the dampers of fix nve/evp, over half a step
@@ -121,8 +149,11 @@ double FixEVPEnergy::kinetic_here() const
 // on this MPI rank
 FixEVPEnergy::Instant FixEVPEnergy::instant_here() const
 {
-  const VolumeForces *const volume = pair_data->volume();
-  return {kinetic_here(), volume ? volume->energy() : 0.0, work->sums()};
+  double of_effects = 0.0;
+  pair_data->effects.for_each([&](const Effect &one) {
+    of_effects += one.energy();
+  });
+  return {kinetic_here(), of_effects, work.sums()};
 }
 
 FixEVPEnergy::Totals FixEVPEnergy::over_all_ranks(Totals totals) const
@@ -213,8 +244,8 @@ void FixEVPEnergy::note_images()
 {
   if (!box.acts) return;
   box.note_wrapped(kinetic_here());
-  work->images.assign((size_t) 3 * (atom->nlocal + atom->nghost), 0.0);
-  forward_comm_images(work->images, COUNT_OF_BOXES.data());
+  work.images.assign((size_t) 3 * (atom->nlocal + atom->nghost), 0.0);
+  forward_comm_images(work.images, COUNT_OF_BOXES.data());
 }
 
 void FixEVPEnergy::end_of_step()

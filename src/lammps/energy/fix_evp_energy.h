@@ -4,6 +4,7 @@
 #include "core/energy/energy_balance.h"
 #include "lammps/base/per_atom.h"
 #include "lammps/base/scene.h"
+#include "lammps/pairs/effect.h"
 #include "lammps/pairs/pair_data.h"
 
 #include <algorithm>
@@ -195,7 +196,8 @@ namespace LAMMPS_NS {
 /// What pairs hold, and their forces, the pair style's force loop leaves in `work`.
 class FixEVPEnergy :
     public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::AtomPast>,
-    public EVP::Shares<EVP::PairWork> {
+    public EVP::Effect,
+    public EVP::HasEffect {
  public:
   FixEVPEnergy(class LAMMPS *, int, char **);
   ~FixEVPEnergy() override { atom->delete_callback(id, Atom::GROW); }
@@ -215,10 +217,33 @@ class FixEVPEnergy :
 
   double compute_scalar() override;
   double compute_vector(int n) override;
-  double memory_usage() override { return AtomRecords::memory_usage() + work->memory_usage(); }
+  double memory_usage() override { return AtomRecords::memory_usage() + work.memory_usage(); }
   void set_arrays(int) override;
 
-  std::shared_ptr<EVP::PairWork> share() const override { return work; }
+  std::shared_ptr<EVP::Effect> effect() override { return self; }
+
+  // see EVP::Effect
+
+  bool begin_run(EVP::PairData &) override;
+  bool follows_far_bonds() const override { return true; }
+  void far_bonds_found(const std::vector<EVP::FarBond> &) override;
+  void before_forces(const EVP::ParticleView &) override;
+  EVP::PairConsumer *reads_forces(const EVP::PairList &) override
+  {
+    return reads ? &work : nullptr;
+  }
+  void after_forces(const EVP::ParticleView &view) override
+  {
+    if (reads) work.finish(view);
+  }
+  void bond_ends(const EVP::EndingPair &pair) override
+  {
+    work.end(pair.held, EVP::rank_share(pair.j, pair_data->lists().nreact));
+  }
+  void contact_joins(const EVP::EndingPair &pair) override { bond_ends(pair); }
+  void far_bonds_end(const std::vector<EVP::FarBond> &) override { work.end_beyond_list(); }
+  void add_dissipated(double energy) override { work.add_dissipated(energy); }
+  bool asks_for_powers() const override { return true; }
 
  private:
   enum Entry {
@@ -255,9 +280,9 @@ class FixEVPEnergy :
   };
 
   EVP::PairData *pair_data = nullptr;
-  Fix *bonds = nullptr;                         // fix evp/bonds, if there is one
-  const class FixNVEEVP *implicit = nullptr;    // if there is one
-  int integrated_groupbits = 0;                 // groups of the fixes that move atoms by forces
+  Fix *bonds = nullptr;                            // fix evp/bonds, if there is one
+  const EVP::SolvedDamping *implicit = nullptr;    // if there is some
+  int integrated_groupbits = 0;                    // groups of the fixes that move atoms by forces
   bool started = false;
   double dt_step = 0.0;       // of the step under way: at its end another fix may have changed it
   Instant start{};            // of all MPI ranks
@@ -266,12 +291,14 @@ class FixEVPEnergy :
   double dissipated_at_begin = 0.0;    // of the step under way, on this MPI rank
 
   double entries[NENTRIES] = {};
-  std::shared_ptr<EVP::PairWork> work = std::make_shared<EVP::PairWork>();
-  EVP::BoxWork box{*work};
+  EVP::PairWork work;
+  bool reads = false;    // the forces of the evaluation under way
+  EVP::BoxWork box{work};
+  std::shared_ptr<EVP::Effect> self{this, [](auto *) {
+                                    }};    // for the pairs, gone with the fix
 
   bool is_integrated(int i) const { return atom->mask[i] & integrated_groupbits; }
   EVP::ActingForces acting_forces() const;
-  // does fix nve/evp solve for the damping?
   bool is_solved() const { return implicit && pair_data->damps_implicitly(); }
   bool others_act() const;
   void bring_forces_home();

@@ -102,7 +102,7 @@ void FixEVPHeat::init()
   others_groupbits = 0;
   for (const Fix *other : modify->get_fix_list())
     if (utils::strmatch(other->style, "^heat/flow")) others_groupbits |= other->groupbit;
-  const auto bonds = scene::find_shared<const BondStore>(modify);
+  const auto bonds = scene::find_records(modify);
   check_atoms(*bonds);
   find_granular_styles();
   damping_time = bound_seen = 0.0;
@@ -114,7 +114,7 @@ void FixEVPHeat::init()
     for (int i = 0; i < atom->nlocal; i++) records[i].rate = 0.0;
   }
   // bonds that are there may hold too much: the first step sees to that, and to its work
-  if (!std::exchange(begun, true) && !bonds->has_recorded()) take_factors();
+  if (!std::exchange(begun, true) && !bonds->has_recorded()) update_effect();
   report_unlike_types();
 }
 
@@ -161,9 +161,6 @@ void FixEVPHeat::check_atoms(const BondStore &bonds) const
 
 void FixEVPHeat::report_unlike_types()
 {
-  constexpr double Row::*OF_HEAT[] = {&Row::conductivity, &Row::capacity, &Row::soften_tref,
-                                      &Row::soften_tmelt, &Row::soften_m, &Row::soften_floor,
-                                      &Row::melt,         &Row::rate,     &Row::rate_rate0};
   std::string line;
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i + 1; j <= atom->ntypes; j++) {
@@ -316,18 +313,42 @@ void FixEVPHeat::find_powers()
 void FixEVPHeat::add_friction()
 {
   for (const FrictionPair &pair : friction_pairs)
-    add(pair.i, pair.j, pair.j < atom->nlocal || force->newton_pair, 0.5 * step_time * pair.power);
+    add_heat(pair.i, pair.j, pair.j < atom->nlocal || force->newton_pair,
+             0.5 * step_time * pair.power);
 }
 
-void FixEVPHeat::add_plastic(int i, double energy)
+void FixEVPHeat::add_plastic_work(const std::vector<double> &work)
 {
-  const double heat = of_plastic * energy;
-  records[i].waiting += heat;
-  account[OF_WORK] += heat;
+  for (size_t i = 0; i < work.size(); i++) {
+    const double heat = of_plastic * work[i];
+    records[i].waiting += heat;
+    account[OF_WORK] += heat;
+  }
 }
 
-void FixEVPHeat::note_packing(const PairLists &lists)
+void FixEVPHeat::before_forces(const ParticleView &view)
 {
+  damping_heat.time = view.v ? std::exchange(damping_time, 0.0) : 0.0;
+  damping_heat.nreact = view.nreact;
+  damping_heat.generated = &generated;
+}
+
+// pairs without a law have no damping
+PairConsumer *FixEVPHeat::reads_forces(const PairList &list)
+{
+  const PairLists &lists = pair_data->lists();
+  const bool has_law = &list == &lists.bonds || &list == &lists.contacts;
+  return has_law && damping_heat.time > 0.0 ? &damping_heat : nullptr;
+}
+
+void FixEVPHeat::far_bonds_end(const std::vector<FarBond> &bonds)
+{
+  for (const FarBond &bond : bonds) add_heat(bond.i, -1, false, bond.state.stored.total());
+}
+
+void FixEVPHeat::pairs_packed(const NeighList *, bool /*is_first*/)
+{
+  const PairLists &lists = pair_data->lists();
   generated.resize(lists.nall, 0.0);    // all of them 0 where the list is another
   is_packed = true;
   warm_new_atoms(lists);
@@ -406,7 +427,8 @@ void FixEVPHeat::warm_new_atoms(const PairLists &lists)
   send_temperatures();
 }
 
-void FixEVPHeat::bring_home()
+// Collective. What pairs have left goes to the owners: before atoms migrate
+void FixEVPHeat::collect_heat()
 {
   if (!is_packed) return;
   reverse_comm(generated);
@@ -418,23 +440,32 @@ void FixEVPHeat::bring_home()
   std::fill(generated.begin(), generated.end(), 0.0);
 }
 
-void FixEVPHeat::take_strain(int i, double p)
+void FixEVPHeat::strains_updated(const BondStore &store, bool have_flowed)
 {
-  HeatRecord &own = records[i];
-  if (own.strain >= 0.0 && since_limits > 0.0) {
-    const double share = std::min(1.0, since_limits / (RATE_STEPS * update->dt));
-    own.rate += share * ((p - own.strain) / since_limits - own.rate);
+  for (int i = 0; i < atom->nlocal; i++) {
+    HeatRecord &own = records[i];
+    const double p = store.sphere(i).p;
+    if (have_flowed && own.strain >= 0.0 && since_limits > 0.0) {
+      const double share = std::min(1.0, since_limits / (RATE_STEPS * update->dt));
+      own.rate += share * ((p - own.strain) / since_limits - own.rate);
+    }
+    own.strain = p;
   }
-  own.strain = p;
 }
 
-void FixEVPHeat::take_factors()
+void FixEVPHeat::multiply_limits(std::vector<double> &factors) const
+{
+  for (size_t i = 0; i < factors.size(); i++) factors[i] *= records[i].factor;
+}
+
+// limits follow the temperatures and strain rates of now
+void FixEVPHeat::update_effect()
 {
   since_limits = 0.0;
   for (int i = 0; i < atom->nlocal; i++) records[i].factor = factor_now(i);
 }
 
-bool FixEVPHeat::factors_are_old() const
+bool FixEVPHeat::was_changed() const
 {
   bool is_old = false;
   for (int i = 0; i < atom->nlocal; i++) is_old = is_old || records[i].factor != factor_now(i);
@@ -541,11 +572,17 @@ void FixEVPHeat::check_step(double step)
                          : "use a smaller timestep");
 }
 
-void FixEVPHeat::hand_out(const PairLists &lists)
+void FixEVPHeat::begin_update()
+{
+  if (update->whichflag == 1 && is_due()) conduct();
+}
+
+// Collective. By the bonds at the present positions; what was collected comes into the temperatures
+void FixEVPHeat::conduct()
 {
   const double time = std::exchange(elapsed, 0.0);
-  bring_home();
-  find_links(lists);
+  collect_heat();
+  find_links(pair_data->lists());
   if (const double bound = eigenvalue_bound(); time * bound > 2.0) {    // mostly it is far below
     // another eigenvalue may grow beneath the bound of the largest one
     if (bound > bound_seen || ++unseen >= MOST_UNSEEN) {

@@ -4,9 +4,12 @@
 #include "core/heat/heat.h"
 #include "lammps/base/per_atom.h"
 #include "lammps/base/scene.h"
+#include "lammps/pairs/effect.h"
 #include "lammps/pairs/pair_data.h"
 
+#include <algorithm>
 #include <array>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <vector>
@@ -31,8 +34,8 @@ namespace LAMMPS_NS {
 /// heat flow of others are LAMMPS' own, of fix property/atom.
 class FixEVPHeat :
     public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::HeatRecord>,
-    public EVP::Heat,
-    public EVP::Shares<EVP::Heat> {
+    public EVP::Effect,
+    public EVP::HasEffect {
  public:
   FixEVPHeat(class LAMMPS *, int, char **);
   ~FixEVPHeat() override;
@@ -55,7 +58,7 @@ class FixEVPHeat :
   double compute_scalar() override;
   double compute_vector(int) override;
 
-  std::shared_ptr<EVP::Heat> share() const override { return shown; }
+  std::shared_ptr<EVP::Effect> effect() override { return self; }
   void grow_arrays(int) override;
   void copy_arrays(int, int, int) override;
   void set_arrays(int i) override
@@ -75,20 +78,43 @@ class FixEVPHeat :
   int size_restart(int) override { return RESTART_WORDS; }
   int maxsize_restart() override { return RESTART_WORDS; }
 
-  // what the pairs call, see EVP::Heat
-  void add_plastic(int i, double energy) override;
-  void note_packing(const EVP::PairLists &) override;
-  void bring_home() override;
+  // see EVP::Effect
+
+  bool uses(double EVP::Row::*member) const override
+  {
+    return std::find(std::begin(OF_HEAT), std::end(OF_HEAT), member) != std::end(OF_HEAT);
+  }
+  void pairs_packed(const class NeighList *, bool) override;
   bool is_due() const override { return update->ntimestep % every == 0; }
-  void hand_out(const EVP::PairLists &) override;
-  void take_strain(int i, double p) override;
-  void take_factors() override;
-  bool factors_are_old() const override;
-  double factor(int i) const override { return records[i].factor; }
-  double take_damping_time() override { return std::exchange(damping_time, 0.0); }
+  bool was_changed() const override;
+  void begin_update() override;
+  void update_effect() override;
+  void strains_updated(const EVP::BondStore &, bool have_flowed) override;
+  void multiply_limits(std::vector<double> &) const override;
+  void before_forces(const EVP::ParticleView &) override;
+  EVP::PairConsumer *reads_forces(const EVP::PairList &) override;
+  void bond_ends(const EVP::EndingPair &pair) override
+  {
+    add_heat(pair.i, pair.j, pair.j < pair_data->lists().nreact, pair.held.total());
+  }
+  void contact_joins(const EVP::EndingPair &pair) override { bond_ends(pair); }
+  void far_bonds_end(const std::vector<EVP::FarBond> &) override;
+  void return_to_records(bool) override { collect_heat(); }
+  bool takes_heat() const override { return true; }
+  void add_plastic_work(const std::vector<double> &) override;
+  void add_heat(int i, int j, bool j_takes, double energy) override
+  {
+    generated[i] += 0.5 * energy;
+    if (j_takes) generated[j] += 0.5 * energy;
+  }
+  bool asks_for_powers() const override { return true; }
 
  private:
   static constexpr int RESTART_WORDS = 8;    // their number, the record, a seal
+  static constexpr double EVP::Row::*OF_HEAT[] = {
+      &EVP::Row::conductivity, &EVP::Row::capacity, &EVP::Row::soften_tref,
+      &EVP::Row::soften_tmelt, &EVP::Row::soften_m, &EVP::Row::soften_floor,
+      &EVP::Row::melt,         &EVP::Row::rate,     &EVP::Row::rate_rate0};
   enum Account { OF_WORK, OF_OTHERS, OUT, WAITING, STORED, NACCOUNTS };
 
   /// A pair style that tells of its friction, and where it keeps what its pairs remember: nullptr where they do not.
@@ -114,8 +140,8 @@ class FixEVPHeat :
 
   int every = 100;
   double of_plastic = 0.9;    // share of plastic work that is heat (Taylor and Quinney)
-  std::shared_ptr<EVP::Heat> shown{this, [](auto *) {
-                                   }};    // for the pairs, gone with the fix
+  std::shared_ptr<EVP::Effect> self{this, [](auto *) {
+                                    }};    // for the pairs, gone with the fix
   EVP::PairData *pair_data = nullptr;
   std::vector<EVP::Row> rows;    // by type
   bool takes_new = false;        // atoms that were not there when the fix was defined
@@ -128,9 +154,12 @@ class FixEVPHeat :
 
   double since_limits = 0.0;    // since limits moved on last [time]
   double elapsed = 0.0;         // since heat was handed out last [time]
-  double damping_time = 0.0;    // see take_damping_time()
-  double step_time = 0.0;       // that of the step, which other fixes may change at its end
-  bool stepping = false;        // not in rerun, which has no time
+  double damping_time =
+      0.0;    // of a step, that the explicit damping of its first forces stands for
+  EVP::DampingHeat damping_heat;
+  std::vector<double> generated;    // heat of pairs since it was collected, with ghosts [energy]
+  double step_time = 0.0;           // that of the step, which other fixes may change at its end
+  bool stepping = false;            // not in rerun, which has no time
   std::array<double, NACCOUNTS> account{};    // of this MPI rank, but WAITING [energy]
   bool is_packed = false;                     // generated is there
 
@@ -154,6 +183,8 @@ class FixEVPHeat :
   void check_atoms(const EVP::BondStore &) const;
   bool reads_temperatures() const;
   void send_temperatures();
+  void collect_heat();
+  void conduct();
   void warm_new_atoms(const EVP::PairLists &);
   void find_granular_styles();
   void find_friction();

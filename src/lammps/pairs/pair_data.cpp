@@ -20,7 +20,7 @@ void BondSource::begin_run(const PairRules &rules)
 {
   update();
   const Fix *fix = scene::find_fix(modify, "evp/bonds");
-  store = scene::find_shared<const BondStore>(modify);
+  store = scene::find_records(modify);
   if (!recorder.empty() && (!records() || recorder != fix->id))
     error->all(FLERR,
                "Pair evp/lj: the bonds were recorded by fix {}, whose records are not here: define "
@@ -49,9 +49,24 @@ void BondSource::update()
 
 PairData::PairData(LAMMPS *lmp, Coefficients &coefficients_in) :
     Pointers(lmp), types(lmp, coefficients_in), source(lmp),
-    histories(lmp, lists, coefficients_in, rules, types), coefficients(coefficients_in),
+    histories(lmp, lists_, coefficients_in, rules_, types, effects), coefficients_(coefficients_in),
     builder(lmp), snapshot(lmp)
 {
+}
+
+void PairData::set_rules(const PairRules &given)
+{
+  rules_ = given;
+  effects_of_rules = make_effects(*this);
+}
+
+// those of the rules first
+std::vector<std::shared_ptr<Effect>> PairData::find_effects() const
+{
+  std::vector<std::shared_ptr<Effect>> found = effects_of_rules;
+  for (Fix *const fix : modify->get_fix_list())
+    if (auto *const owner = dynamic_cast<HasEffect *>(fix)) found.push_back(owner->effect());
+  return found;
 }
 
 PairData *PairData::find(Force *force)
@@ -87,7 +102,7 @@ const PairLists &PairData::packed_pairs() const
     error->one(FLERR,
                "Pair evp/lj has not seen the current neighbor list yet: use its fixes and computes "
                "in a run, after the forces of the step");
-  return lists;
+  return lists_;
 }
 
 PackedPair PairData::pair_between(int i, int j, int itype, int jtype) const
@@ -96,14 +111,14 @@ PackedPair PairData::pair_between(int i, int j, int itype, int jtype) const
     error->one(FLERR,
                "Pair evp/lj has not seen the current neighbor list yet: use 'run 0' before the "
                "forces of single pairs are asked for; pair_write has no pair with a deq");
-  if (rows_build != lists.build) {
-    rows_build = lists.build;
-    rows_of_atoms.assign(lists.nlocal, {});
-    for (const PairList *list : {&lists.bonds, &lists.contacts})
+  if (rows_build != lists_.build) {
+    rows_build = lists_.build;
+    rows_of_atoms.assign(lists_.nlocal, {});
+    for (const PairList *list : {&lists_.bonds, &lists_.contacts})
       for (const PackedRow &row : list->rows) rows_of_atoms[row.i].push_back({list, row});
   }
   for (const auto &[own, other] : {std::pair(i, j), std::pair(j, i)}) {
-    if (own >= lists.nlocal) continue;
+    if (own >= lists_.nlocal) continue;
     for (const auto &[list, row] : rows_of_atoms[own])
       for (int k = row.first; k < row.last; k++)
         if (atom->tag[list->j[k]] == atom->tag[other]) return list->pair(k);
@@ -111,17 +126,28 @@ PackedPair PairData::pair_between(int i, int j, int itype, int jtype) const
   PackedPair none{};    // at rest where the spheres touch
   none.inv_deq = 1.0 / (atom->radius[i] + atom->radius[j]);
   none.cutsq = -1.0;
-  none.law = coefficients.index(itype, jtype);
+  none.law = coefficients_.index(itype, jtype);
   return none;
+}
+
+// Has an effect that adds forces come or gone since the last run?
+bool PairData::forces_have_changed() const
+{
+  std::vector<const Effect *> then, now;
+  effects.for_each([&](const Effect &one) {
+    if (one.needs_bonds()) then.push_back(&one);
+  });
+  for (const auto &one : find_effects())
+    if (one->needs_bonds()) now.push_back(one.get());
+  return then != now;
 }
 
 bool PairData::is_packed() const
 {
   if (!snapshot.matches_list()) return false;
   if (update->whichflag != 0) return true;
-  return !repack_due && source.version() == source_version &&
-      volume() == VolumeForces::find(modify).get() && snapshot.matches_atoms() &&
-      !(bonds() && bonds()->find_misplaced(atom->tag, atom->nlocal));
+  return !repack_due && source.version() == source_version && !forces_have_changed() &&
+      snapshot.matches_atoms() && !(bonds() && bonds()->find_misplaced(atom->tag, atom->nlocal));
 }
 
 // Does a fix move atoms with the box at the end of a step, when ghosts are no longer updated?
@@ -183,12 +209,12 @@ std::array<double, 4> PairData::count_pairs() const
 {
   std::array<double, 3> sums{};
   double lowest = HUGE_VAL;
-  for_each_pair(lists, rows(atom->x), [&](const PlacedPair &p) {
+  for_each_pair(lists_, rows(atom->x), [&](const PlacedPair &p) {
     const double d = p.distance();
     lowest = std::min(lowest, d / (atom->radius[p.i] + atom->radius[p.j]));
     if (!p.acts()) return;
 
-    const double weight = rank_share(p.j, lists.nreact);
+    const double weight = rank_share(p.j, lists_.nreact);
     sums[p.is_bond ? 0 : 2] += weight;
     if (p.is_bond && state_of(p).regime == 2) sums[1] += weight;
   });
@@ -214,18 +240,17 @@ void PairData::end_broken_run()
 
 void PairData::begin_run()
 {
-  source.begin_run(rules);
+  source.begin_run(rules_);
   end_broken_run();
-  types.begin_run(bonds());                        // for init_one()
-  const bool balances = update->whichflag != 2;    // a minimization has no energy balance
-  work = balances ? scene::find_shared<PairWork>(modify) : nullptr;
-  if (work) {
-    work->forget();
-    work->bonds_end = rules.has_history();
+  types.begin_run(bonds());    // for init_one()
+  effects.clear();
+  implicit_groupbits_ = 0;
+  for (const auto &one : find_effects()) {
+    one->rows_scaled(coefficients_);
+    if (!one->begin_run(*this)) continue;
+    effects.add(one);
+    implicit_groupbits_ |= one->damped_groupbits();
   }
-  const Fix *implicit = scene::find_fix(modify, "nve/evp");
-  implicit_groupbit = implicit ? implicit->groupbit : 0;
-  volume_ = VolumeForces::find(modify);
   any_gamma = scene_checked = any_far = false;
   repack_due = true;
   snapshot.forget();
@@ -233,15 +258,25 @@ void PairData::begin_run()
 
 double PairData::handle(int i, int j)
 {
-  const Row row = types.make(i, j, rules.plastic);
+  const Row row = types.make(i, j, rules_.plastic);
   repack();
   if (row.gamma > 0.0) any_gamma = true;    // fix adapt may have switched it on
-  if (rules.joins() && !(row.alpha > APART * rules.join.within))
+  if (rules_.joins() && !(row.alpha > APART * rules_.join.within))
     error->all(FLERR,
                "Pair evp/lj, types {} and {}: contact join {} needs an alpha above {:.4g}, as a "
                "bond that ends at dlim must be apart, got {}: give a smaller distance to join",
-               i, j, rules.join.within, APART * rules.join.within, row.alpha);
+               i, j, rules_.join.within, APART * rules_.join.within, row.alpha);
   return types.handle(i, j, row.alpha);
+}
+
+// those that damp, or the others
+std::string PairData::describe_effects(bool that_damp) const
+{
+  std::string text;
+  effects.for_each([&](const Effect &one) {
+    if ((one.damped_groupbits() != 0) == that_damp) text += one.describe();
+  });
+  return text;
 }
 
 // one line of the active effects, again only when it changes
@@ -251,43 +286,42 @@ void PairData::report()
   if (!any_gamma)
     line += "damping off";
   else
-    line += !damping_acts()  ? "damping off (minimization)"
-        : damps_implicitly() ? "damping by fix nve/evp"
+    line += !damping_acts()  ? std::string("damping off (minimization)")
+        : damps_implicitly() ? "damping" + describe_effects(true)
                              : "damping on";
-  line += fmt::format(", contact {}", CONTACTS[(int) rules.contact]);
-  if (rules.joins()) line += fmt::format(" within {} (R_i + R_j)", rules.join.within);
+  line += fmt::format(", contact {}", CONTACTS[(int) rules_.contact]);
+  if (rules_.joins()) line += fmt::format(" within {} (R_i + R_j)", rules_.join.within);
   line += source.has_fix()
       ? fmt::format(", deq of bonds from fix {}", scene::find_fix(modify, "evp/bonds")->id)
       : ", no fix evp/bonds: every pair has deq = R_i + R_j";
   if (within() != BodyRule::ALL)
     line +=
         fmt::format(" within {} (bodies {})", BODY_RULES[(int) within()],
-                    rules.contact == Contact::NONE        ? "do not interact"
-                        : rules.joins() && rules.join.all ? "repel each other, or join"
-                                                          : "only repel each other, elastically");
-  if (rules.plastic) line += ", plasticity isotropic";
-  if (rules.update) line += fmt::format(", limits updated every {} steps", rules.update);
-  if (rules.breaks())
-    line += rules.plastic
-        ? fmt::format(", bonds break at a plastic strain of {}", rules.break_strain)
-        : fmt::format(", bonds break beyond {} deq", 1.0 + rules.break_strain);
-  if (volume())
-    line += fmt::format(", volume energy from fix {}", scene::find_fix(modify, "evp/volume")->id);
-  const std::string inactive = types.find_inactive_keywords(rules.plastic);
+                    rules_.contact == Contact::NONE         ? "do not interact"
+                        : rules_.joins() && rules_.join.all ? "repel each other, or join"
+                                                            : "only repel each other, elastically");
+  if (rules_.plastic) line += ", plasticity isotropic";
+  if (rules_.update) line += fmt::format(", limits updated every {} steps", rules_.update);
+  if (rules_.breaks())
+    line += rules_.plastic
+        ? fmt::format(", bonds break at a plastic strain of {}", rules_.break_strain)
+        : fmt::format(", bonds break beyond {} deq", 1.0 + rules_.break_strain);
+  line += describe_effects(false);
+  const std::string inactive = types.find_inactive_keywords(rules_.plastic, effects);
   if (!inactive.empty())
     line += fmt::format(", inactive without {}: {}",
-                        rules.plastic ? "fix evp/heat" : "plasticity isotropic", inactive);
-  line += fmt::format(", overlap warning above {} (R_i + R_j)\n", rules.overlap);
+                        rules_.plastic ? "fix evp/heat" : "plasticity isotropic", inactive);
+  line += fmt::format(", overlap warning above {} (R_i + R_j)\n", rules_.overlap);
 
   if (line == std::exchange(last_report, line) || comm->me) return;
   utils::logmesg(lmp, line);
-  if (!source.has_fix() && rules.contact == Contact::NONE)
+  if (!source.has_fix() && rules_.contact == Contact::NONE)
     error->warning(FLERR,
                    "Pair evp/lj with contact none and without fix evp/bonds: no pair interacts; "
                    "define the fix, or choose another contact");
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
-      if (types.handles(i, j) && alpha_of(i, j) < 1.4 && rules.contact == Contact::LITERAL)
+      if (types.handles(i, j) && alpha_of(i, j) < 1.4 && rules_.contact == Contact::LITERAL)
         error->warning(FLERR,
                        "Pair evp/lj, types {} and {}: alpha = {} is below 1.4, where literal new "
                        "contacts can pull the body together; use contact repulsive or none",
@@ -299,7 +333,7 @@ bool PairData::prepare(const NeighList *neighbors)
   const bool due = neighbor->ago == 0 || repack_due || source.version() != source_version ||
       (!atom->avec->comm_x_only && on_any(snapshot.radii_changed(), world));
   const bool is_first = due && pack(neighbors);
-  histories.begin_forces(wanted_work(), volume());
+  histories.begin_forces();
   return is_first;
 }
 
@@ -313,55 +347,60 @@ bool PairData::pack(const NeighList *neighbors)
         "Pair evp/lj: a command has replaced the neighbor list since the last run: omit 'pre no'");
   const bool is_first = !scene_checked;
   source.update();
-  types.rescale_if_measures_changed(bonds(), rules.plastic);
+  if (types.rescale_if_measures_changed(bonds(), rules_.plastic))
+    effects.for_each([this](Effect &one) {
+      one.rows_scaled(coefficients_);
+    });
   if (is_first) {    // now that all pairs of types are known
     scene_checked = true;
     report();
-    types.report(rules.plastic);
+    types.report(rules_.plastic, effects);
   }
   if (is_first && damping_acts()) stop_at_wrong_box_rates();
-  lists.common_build++;
+  lists_.common_build++;
   types.check_radii();
   const bool same_list = snapshot.matches_list() && source.version() == source_version;
   // with the same neighbor list the records have not been told of what changed
   if (histories.are_due() && snapshot.matches_list())
     scene::find_fix(modify, "evp/bonds")->pre_exchange();
   snapshot.note_atoms(!atom->avec->comm_x_only);
-  lists.nlocal = atom->nlocal;
-  lists.nall = atom->nlocal + atom->nghost;
-  lists.nreact = force->newton_pair ? lists.nall : lists.nlocal;
+  lists_.nlocal = atom->nlocal;
+  lists_.nall = atom->nlocal + atom->nghost;
+  lists_.nreact = force->newton_pair ? lists_.nall : lists_.nlocal;
   repack_due = false;
   source_version = source.version();
-  const bool looks_first = rules.joins() && bonds() && !(bonds()->joins_by == rules.join);
+  const bool looks_first = rules_.joins() && bonds() && !(bonds()->joins_by == rules_.join);
   const PairListBuilder::Found found =
-      builder.build({neighbors, &coefficients, bonds(), rules, within(), any_gamma,
-                     implicit_groupbit, looks_first},
-                    lists);
+      builder.build({neighbors, &coefficients_, bonds(), rules_, within(), any_gamma,
+                     implicit_groupbits_, looks_first},
+                    lists_);
   if (looks_first) histories.note_look();
-  if (!rules.joins() && bonds()) histories.store().joins_by = {};
-  if (is_first && bonds()) types.check(lists.bonds, volume());
+  if (!rules_.joins() && bonds()) histories.store().joins_by = {};
+  if (is_first && bonds()) types.check(lists_.bonds, effects);
   snapshot.finish();
-  if (!bonds()) volume_.reset();    // the bonds have gone since the last set-up
+  if (!bonds()) effects.drop_those_that_need_bonds();    // these have gone since the last set-up
   histories.note_packing();
   const bigint without_pair = agree_on_pairs(found, same_list);
   if (!same_list) {    // else the same bonds are far
     histories.forget_far();
     if (any_far) find_far(without_pair);
   }
-  if (volume())
-    volume()->pack(neighbors, lists, histories.store(), coefficients, rules, histories.ending());
-  if (volume() && rules.breaks() && !rules.plastic) histories.tell_of_far(*volume());
-  const PairWork::BeyondList beyond = histories.beyond_list();
-  if (work) work->beyond_list = beyond;
-  held_beyond_list = is_incremental() && rules.plastic ? beyond.held.total() + beyond.dissipated
-                                                       : 0.0;
+  held_beyond_list = 0.0;
+  for (const FarBond &bond :
+       histories.far_bonds())    // a bond of two MPI ranks counts half on each
+    if (is_incremental() && rules_.plastic)
+      held_beyond_list += 0.5 * (bond.state.stored.total() + bond.state.dissipated);
+  effects.for_each([&](Effect &one) {
+    one.pairs_packed(neighbors, is_first);
+    one.far_bonds_found(histories.far_bonds());
+  });
 
-  coefficients.choose_block_laws(
+  coefficients_.choose_block_laws(
       [this](int i, int j) {
         return types.handles(i, j);
       },
-      explicit_damping && implicit_groupbit, within() != BodyRule::ALL, rules.flow_of_bonds(),
-      rules.flow_of_contacts());
+      explicit_damping && implicit_groupbits_, within() != BodyRule::ALL, rules_.flow_of_bonds(),
+      rules_.flow_of_contacts());
   return is_first;
 }
 
@@ -379,22 +418,30 @@ void PairData::find_far(bigint records_without_pair)
 
 void PairData::commit(bool at_rest)
 {
-  if (at_rest) histories.find_next();
-  if (volume() && at_rest) volume()->evaluate(lists);
-  histories.commit(wanted_work(), volume());
-  if (volume()) volume()->commit();
-  if (!at_rest || !rules.plastic) return;
-  histories.move_limits(wanted_work(), volume(), true);
-  if (!volume()) return;
-  volume()->evaluate(lists);
-  volume()->commit();
+  const auto find_anew = [this] {
+    const ParticleView view = {positions(), nullptr, nullptr, lists_.nreact};
+    effects.for_each([&](Effect &one) {
+      one.before_forces(view);
+    });
+  };
+  if (at_rest) {
+    histories.find_next();
+    find_anew();
+  }
+  histories.commit();
+  if (!at_rest || !rules_.plastic) return;
+  histories.update_effects(Sharing::UPDATED);
+  find_anew();
+  effects.for_each([](Effect &one) {
+    one.committed();
+  });
 }
 
 // Collective. All MPI ranks agree on what any of them has found in its pairs; warns of overlaps, and again when there are
 // twice as many. Returns how many records of bonds have no pair in the list, of those of both atoms.
 bigint PairData::agree_on_pairs(const PairListBuilder::Found &found, bool same_list)
 {
-  const bool asks = bonds() && (rules.has_history() || work || volume());
+  const bool asks = bonds() && (rules_.has_history() || effects.any(&Effect::follows_far_bonds));
   const bigint without = asks ? bonds()->count_sides(atom->nlocal) - found.bond_sides : 0;
   const auto all =
       reduce_all(std::array{(bigint) found.damped, found.overlaps.count, without}, MPI_SUM, world);
@@ -411,7 +458,7 @@ bigint PairData::agree_on_pairs(const PairListBuilder::Found &found, bool same_l
                    "Pair evp/lj: {} pairs overlap by more than {} (R_i + R_j), first atoms {} and "
                    "{} at d = {:.6g}, deq = {:.6g}, at step {} with timestep {:.6g}: "
                    "the law has no hard core, so check timestep, speed and load",
-                   all[1], rules.overlap, overlaps.id_i, overlaps.id_j, overlaps.d, overlaps.deq,
+                   all[1], rules_.overlap, overlaps.id_i, overlaps.id_j, overlaps.d, overlaps.deq,
                    update->ntimestep, update->dt);
   return all[2];
 }

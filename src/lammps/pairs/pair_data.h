@@ -5,6 +5,8 @@
 #include "core/law/coefficients.h"
 #include "core/pairs/contacts.h"
 #include "lammps/base/collective.h"
+#include "lammps/base/scene.h"
+#include "lammps/pairs/effect.h"
 #include "lammps/pairs/pair_histories.h"
 #include "lammps/pairs/pair_list_builder.h"
 #include "lammps/pairs/pair_types.h"
@@ -180,8 +182,8 @@ class PairData : protected Pointers {
   /// The packed pairs. Stops unless is_packed(), so take them out of loops.
   const PairLists &packed_pairs() const;
 
-  const PairLaw &law_of(const PackedPair &pair) const { return coefficients.law(pair.law); }
-  double xi_s_of(const PackedPair &pair) const { return coefficients.xi_s(pair.law); }
+  const PairLaw &law_of(const PackedPair &pair) const { return coefficients_.law(pair.law); }
+  double xi_s_of(const PackedPair &pair) const { return coefficients_.xi_s(pair.law); }
 
   /// All that the law says of a packed pair, past its cutoff of it there.
   PairState state_of(const PlacedPair &pair) const
@@ -195,15 +197,15 @@ class PairData : protected Pointers {
   /// gamma of a pair that fix nve/evp damps [force/velocity], 0 for the others. Its law has none.
   double implicit_gamma(const PackedPair &pair) const
   {
-    return coefficients.gamma_elsewhere(pair.law);
+    return coefficients_.gamma_elsewhere(pair.law);
   }
 
   /// Of the spheres of a type, as given.
-  Row row_of(int type) const { return coefficients.row(type, type); }
-  Row row_of(int i, int j) const { return coefficients.row(i, j); }
+  Row row_of(int type) const { return coefficients_.row(type, type); }
+  Row row_of(int i, int j) const { return coefficients_.row(i, j); }
 
-  /// True where fix nve/evp takes over the damping of some pairs, those with an atom of its group.
-  bool damps_implicitly() const { return any_gamma && implicit_groupbit; }
+  /// Does an effect take over the damping of some pairs?
+  bool damps_implicitly() const { return any_gamma && implicit_groupbits_; }
 
   /// False where no pair at all has damping of this style's own. The same on all MPI ranks.
   bool damps_explicitly() const { return explicit_damping; }
@@ -218,15 +220,18 @@ class PairData : protected Pointers {
   BodyRule within() const { return source.within(); }
 
   /// Does any row name the bodies that it holds for, so that the bonds must be measured?
-  bool wants_measures() const { return coefficients.any_scaled(); }
+  bool wants_measures() const { return coefficients_.any_scaled(); }
 
-  /// nullptr without fix evp/volume
-  VolumeForces *volume() const { return volume_.lock().get(); }
+  /// Those of the run.
+  Effects effects;
+
+  /// Groups of atoms whose pairs an effect damps, as bits.
+  int implicit_groupbits() const { return implicit_groupbits_; }
 
   /// dlim/(R_i + R_j) of a pair of atom types, 0 where this style does not act. Known after init().
   double alpha_of(int itype, int jtype) const
   {
-    return types.handles(itype, jtype) ? coefficients.row(itype, jtype).alpha : 0.0;
+    return types.handles(itype, jtype) ? coefficients_.row(itype, jtype).alpha : 0.0;
   }
 
   /// Were the pairs packed from the neighbor list as it is now, and from the atoms here?
@@ -241,9 +246,23 @@ class PairData : protected Pointers {
   /// pairs not recorded that interact; smallest d/(R_i + R_j) of the packed pairs, 0 if there are none.
   std::array<double, 4> count_pairs() const;
 
+  // what effects read and change
+
+  PairLists &lists() { return lists_; }
+  const PairLists &lists() const { return lists_; }
+  BondStore &store() { return histories.store(); }
+  PerAtomComm &exchange() { return histories.exchange_of_atoms(); }
+  const PairRules &rules() const { return rules_; }
+  const Coefficients &coefficients() const { return coefficients_; }
+  const EndingBonds &ending() const { return histories.ending(); }
+  const double (*positions() const)[3] { return scene::rows(atom->x); }
+
+  /// How far the bonds of own atom i hold, by their plastic strain.
+  const Limit &limit_of(int i) const { return types.limit(atom->type[i]); }
+
   // what the pair style sets and calls
 
-  PairRules rules;
+  void set_rules(const PairRules &);
   PairTypes types;
   BondSource source;
   PairHistories histories;
@@ -252,7 +271,7 @@ class PairData : protected Pointers {
   void commit(bool at_rest);
 
   /// Collective. Brings the records, if these are still those of the pairs, up to the last commit().
-  void return_histories(const BondStore &records) { histories.return_to(records, volume()); }
+  void return_histories(const BondStore &records) { histories.return_to(records); }
 
   /// In a minimization with flow, of the bonds that have left the list [energy]: as much as in it, so that the potential
   /// energy does not depend on where the list ends. Over the bonds of this rank, those of two by half.
@@ -260,12 +279,6 @@ class PairData : protected Pointers {
 
   /// In a minimization the energy of a pair is the work since its last state of rest.
   bool is_incremental() const { return update->whichflag == 2; }
-
-  /// For the force loop, which fills what may change in them.
-  PairLists &lists_to_evaluate() { return lists; }
-
-  /// What the force loop has to find for fix evp/energy in this run, nullptr without that fix.
-  PairWork *wanted_work() const { return work.get(); }
 
   /// At init_style(): radii, bonds and the other fixes of the run to come.
   void begin_run();
@@ -282,35 +295,41 @@ class PairData : protected Pointers {
 
   double memory_usage() const
   {
-    return lists.memory_usage() + snapshot.memory_usage() + histories.memory_usage();
+    return lists_.memory_usage() + snapshot.memory_usage() + histories.memory_usage();
   }
 
  private:
-  Coefficients &coefficients;
-  PairLists lists;
+  Coefficients &coefficients_;
+  PairRules rules_;
+  PairLists lists_;
   PairListBuilder builder;
   ListSnapshot snapshot;
 
   bool any_gamma = false, explicit_damping = false;
   bool scene_checked = false, repack_due = true;
-  bigint overlaps_told = 0;     // pairs, of the last warning; again when there are twice as many
-  int implicit_groupbit = 0;    // of fix nve/evp
+  bigint overlaps_told = 0;    // pairs, of the last warning; again when there are twice as many
+  int implicit_groupbits_ = 0;
   std::string last_report;
 
-  std::weak_ptr<VolumeForces> volume_;    // of fix evp/volume, which may go between runs
-  std::shared_ptr<PairWork> work;         // of fix evp/energy, nullptr without
-  long source_version = 0;                // of the bonds, at the last packing
-  bool any_far = false;                   // bonds that are not in the list; the same on all ranks
+  std::vector<std::shared_ptr<Effect>> effects_of_rules;
+  long source_version = 0;    // of the bonds, at the last packing
+  bool any_far = false;       // bonds that are not in the list; the same on all ranks
   double held_beyond_list = 0.0;
   mutable std::vector<std::vector<std::pair<const PairList *, PackedRow>>> rows_of_atoms;
   mutable long rows_build = -1;    // of these, for pair_between()
 
   void stop_at_wrong_box_rates() const;
   void report();
+  std::string describe_effects(bool that_damp) const;
+  bool forces_have_changed() const;
   bool pack(const NeighList *);
   void end_broken_run();
   bigint agree_on_pairs(const PairListBuilder::Found &, bool same_list);
   void find_far(bigint records_without_pair);
+  std::vector<std::shared_ptr<Effect>> find_effects() const;
 };
+
+/// The effects that the rules of a pair style call for; fixes have others.
+std::vector<std::shared_ptr<Effect>> make_effects(PairData &);
 
 }    // namespace EVP

@@ -171,7 +171,7 @@ void PairEVPLJ::settings(int narg, char **arg)
                "Pair style evp/lj: 'update {}' needs 'plasticity isotropic', without which there "
                "are no plastic strains: add it, or leave 'update' out",
                chosen.update);
-  pair_data.rules = chosen;
+  pair_data.set_rules(chosen);
   pair_data.repack();
   offer_pair_values();
 }
@@ -302,41 +302,49 @@ void PairEVPLJ::stop_at_blow_up() const
 
 void PairEVPLJ::sum_forces(bool damps)
 {
-  PairLists &lists = pair_data.lists_to_evaluate();
+  PairLists &lists = pair_data.lists();
+  const Effects &effects = pair_data.effects;
   ParticleView view = {rows(atom->x), damps ? rows(atom->v) : nullptr,
                        reinterpret_cast<double(*)[3]>(atom->f ? atom->f[0] : nullptr),
                        lists.nreact};
-  VolumeForces *const volume = pair_data.volume();
-  if (volume) volume->evaluate(lists, view);
-  PairWork *work = pair_data.wanted_work();
-  if (work && work->is_evaluated()) work = nullptr;
-  if (work) work->begin(lists.nall, view);
+  effects.for_each([&](Effect &one) {
+    one.before_forces(view);
+  });
 
   const bool energy = eflag_either != 0, incremental = pair_data.is_incremental();
   const bool each = eflag_atom || vflag_atom || cvflag_atom || num_tally_compute > 0;
-  const auto of_fix = damps ? pair_data.histories.heat() : nullptr;
-  DampingHeat heat(of_fix.get(), lists.nreact);
   PairTally tally(this, lists.nlocal, force->newton_pair, energy, incremental);
-  const auto add = [&](PairList &list, const BlockLaw &law, PairConsumer *volume_forces,
-                       PairConsumer *changing) {
+  // consumers: those that change forces
+  const auto add = [&](PairList &list, const BlockLaw &law) {
     PairSums sums(lists.nreact, energy, vflag_global != 0, incremental);
-    PairConsumer *const asked = each ? static_cast<PairConsumer *>(&tally) : &sums;
-    accumulate_forces(list, law, view,
-                      {volume_forces, changing, heat.acts() && view.v ? &heat : nullptr,
-                       evflag ? asked : nullptr, work});
+    if (evflag) consumers.push_back(each ? static_cast<PairConsumer *>(&tally) : &sums);
+    effects.for_each([&](Effect &one) {
+      if (PairConsumer *const reader = one.reads_forces(list)) consumers.push_back(reader);
+    });
+    accumulate_forces(list, law, view, consumers);
     eng_vdwl += sums.energies.total();
     for (int k = 0; k < 6; k++) virial[k] += sums.virials[k].total();
+    consumers.clear();
   };
-  add(lists.bonds, coefficients.block_law(lists.bonds), volume ? &volume->on_bonds : nullptr,
-      pair_data.histories.ending_to_find());
-  add(lists.contacts, coefficients.block_law(lists.contacts), nullptr,
-      pair_data.histories.beginning_to_find());
-  view.v = nullptr;
-  if (volume)    // its fix reports the energy
-    volume->for_each_other([&](PairList &list, VolumePasses::Forces &forces) {
-      add(list, {}, &forces, nullptr);
+  const auto add_own = [&](PairList &list, PairConsumer *changing) {
+    effects.for_each([&](Effect &one) {
+      if (PairConsumer *const adder = one.adds_forces(list)) consumers.push_back(adder);
     });
-  if (work) work->finish(view);
+    if (changing) consumers.push_back(changing);
+    add(list, coefficients.block_law(list));
+  };
+  add_own(lists.bonds, pair_data.histories.ending_to_find());
+  add_own(lists.contacts, pair_data.histories.beginning_to_find());
+  view.v = nullptr;
+  effects.for_each([&](Effect &one) {
+    one.for_each_further_list([&](PairList &list, PairConsumer &adder) {
+      consumers.push_back(&adder);
+      add(list, {});
+    });
+  });
+  effects.for_each([&](Effect &one) {
+    one.after_forces(view);
+  });
 }
 
 double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double /*factor_coul*/,
@@ -353,10 +361,10 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   svector[1] = (d - deq) / deq;
   svector[2] = acts ? now.regime : 0.0;
 
-  if (pair_data.volume() && factor_lj != 0.0)
-    fforce = pair_data.volume()->force(i, j, d, law.row.alpha,
-                                       pair.is_bond && !pair.has_joined && rsq <= pair.cutsq) /
-        d;
+  if (factor_lj != 0.0)
+    pair_data.effects.for_each([&](const Effect &one) {
+      fforce += one.force_between(i, j, d, pair) / d;
+    });
   if (!acts) return 0.0;
   fforce += now.force / d;
   if (pair_data.damping_acts() && (comm->ghost_velocity || velocities_sent)) {
@@ -417,7 +425,7 @@ void PairEVPLJ::read_restart(FILE *fp)
 void PairEVPLJ::write_restart_settings(FILE *fp)
 {
   pair_data.source.update();
-  const PairRules &rules = pair_data.rules;
+  const PairRules &rules = pair_data.rules();
   const std::string &recorder = pair_data.source.recorder;
   std::vector<double> words = {RESTART_FORMAT,          ROW_WORDS,
                                (double) rules.contact,  rules.overlap,
@@ -440,8 +448,12 @@ void PairEVPLJ::read_restart_settings(FILE *fp)
   const auto length = (size_t) words[7];
   read_together(fp, words, words_of_text(length) + 1);
   if (!is_sealed(words.data(), words.size())) stop_at_damage("settings");
-  pair_data.rules = {(Contact) (int) words[2],    words[3],      words[4] != 0.0, words[5],
-                     {words[6], words[8] != 0.0}, (int) words[9]};
+  pair_data.set_rules({(Contact) (int) words[2],
+                       words[3],
+                       words[4] != 0.0,
+                       words[5],
+                       {words[6], words[8] != 0.0},
+                       (int) words[9]});
   pair_data.source.recorder.assign((const char *) &words[SETTINGS], length);
   offer_pair_values();
 }

@@ -42,7 +42,8 @@ class PairEVPLJ : public Pair, public EVP::HasPairData {
 
   EVP::Coefficients coefficients;
   EVP::PairData pair_data;
-  bool velocities_sent = false;    // to ghosts, for the last forces
+  bool velocities_sent = false;                  // to ghosts, for the last forces
+  std::vector<EVP::PairConsumer *> consumers;    // of a list: a step allocates nothing
 
   void allocate();
   // p1 ... p3 of compute pair/local. Before 2026 LAMMPS copies those of a sub-style of

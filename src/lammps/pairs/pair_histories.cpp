@@ -21,46 +21,38 @@ void PairHistories::begin_run(BondStore *records_in, PerAtomComm *exchange_in, b
   keeps_events = keeps_events_in;
   records = records_in;
   exchange = exchange_in;
-  heat_ = scene::find_shared<Heat>(modify);
-  limits_due = heat_due = false;
+  update_due = false;
   starts = true;
-  strains.clear();
   owners = {};
   ends.owners = begins.owners = &owners;
-  ends.strains = nullptr;
+  ends.criteria.clear();
   begins.within = rules.join.within * rules.join.within;
   begins.apart = APART * APART * begins.within;
-  every = rules.update_every(scene::find_fix(modify, "nve/evp") != nullptr);
+  every = rules.update_every(effects.any(&Effect::updates_each_step));
 }
 
 // Collective. Have temperatures, strain rates or plastic strains become others between runs?
-bool PairHistories::was_set() const
+bool PairHistories::was_changed() const
 {
-  const auto heat = this->heat();
-  return records->has_given() || (heat && on_any(heat->factors_are_old(), world));
+  return rules.plastic && on_any(effects.any(&Effect::was_changed), world);
 }
 
 // by the number of the step, so that neither neighbor builds nor MPI ranks nor restarts matter
 void PairHistories::begin_step()
 {
   if (update->whichflag != 1) return;
-  const auto heat = this->heat();
-  heat_due = heat && heat->is_due();
   const bool is_first = update->ntimestep == update->firststep + 1;
-  limits_due =
-      rules.plastic && (update->ntimestep % every == 0 || heat_due || (is_first && was_set()));
+  update_due = (rules.plastic && update->ntimestep % every == 0) || effects.any(&Effect::is_due) ||
+      (is_first && was_changed());
 }
 
 // in a minimization limits are held from its start on
-void PairHistories::begin_forces(PairWork *work, VolumeForces *volume)
+void PairHistories::begin_forces()
 {
-  if (std::exchange(starts, false) && update->whichflag == 2)
-    limits_due = rules.plastic && was_set();
-  if (std::exchange(heat_due, false)) {
-    if (rules.has_history()) bring_sums_home();
-    heat()->hand_out(lists);
-  }
-  if (std::exchange(limits_due, false)) move_limits(work, volume, update->whichflag != 2);
+  const bool is_minimization = update->whichflag == 2;
+  if (std::exchange(starts, false) && is_minimization) update_due = was_changed();
+  if (std::exchange(update_due, false))
+    update_effects(is_minimization ? Sharing::BEGINS : Sharing::UPDATED);
   find_owners();
 }
 
@@ -68,15 +60,9 @@ void PairHistories::note_packing()
 {
   ends.clear();
   begins.clear();
-  if (const auto heat = this->heat()) heat->note_packing(lists);
   if (!rules.has_history()) return;
   note_images();
-  sums.reset(lists.nall);
-  if (!rules.plastic) return;
-  share_limits(nullptr, false);
-  for_each_limit([](double &limit, double now, const auto &...) {
-    limit = now;
-  });
+  share(Sharing::PACKED);
 }
 
 // Collective. Where both owners of a pair hold it: by how many periods ghosts are away from their owners
@@ -114,125 +100,65 @@ void PairHistories::find_owners()
   }
 }
 
-// what ghosts have summed; bonds that have ended wait until the records are told
-void PairHistories::bring_sums_home()
+// Collective. What atoms tell their ghosts, in one exchange
+void PairHistories::share(Sharing when)
 {
-  exchange->reverse_comm(sums.values);
-  const auto heat = this->heat();
-  for (int i = 0; i < lists.nlocal; i++) {
-    const double work = std::exchange(sums.of(i, FlowSums::WORK), 0.0);
-    records->sphere(i).slip += std::exchange(sums.of(i, FlowSums::SLIP), 0.0);
-    records->sphere(i).work += work;
-    if (heat) heat->add_plastic(i, work);
-  }
-  std::fill(sums.values.begin() + (size_t) FlowSums::WIDTH * lists.nlocal, sums.values.end(), 0.0);
-}
-
-// Collective. From the plastic strains of own atoms, and their softening, to the limits of these and of ghosts; volume: which
-// of them are torn open
-void PairHistories::share_limits(VolumeForces *volume, bool opens)
-{
-  PerAtomComm::Values values((size_t) 3 * lists.nall, 0.0);
-  const auto heat = this->heat();
-  for (int i = 0; i < lists.nlocal; i++) {
-    const double p = records->sphere(i).p;
-    values[(size_t) 3 * i] = types.limit(atom->type[i])(p, heat ? heat->factor(i) : 1.0);
-    values[(size_t) 3 * i + 1] = p;
-    if (volume) values[(size_t) 3 * i + 2] = volume->openness(i, records->volume(i), opens);
-  }
-  exchange->forward_comm(values);
-  limits.resize(lists.nall);
-  strains.resize(rules.breaks() ? lists.nall : 0);
-  bool fails = false;
-  for (int i = 0; i < lists.nall; i++) {
-    limits[i] = values[(size_t) 3 * i];
-    if (!rules.breaks()) continue;
-    strains[i] = values[(size_t) 3 * i + 1];
-    fails = fails || strains[i] >= rules.break_strain;
-  }
-  if (volume)
-    volume->set_openness(lists.nall, [&](int i) {
-      return values[(size_t) 3 * i + 2];
+  int width = 0;
+  effects.for_each([&](const Effect &one) {
+    width += one.shared_width(when);
+  });
+  if (width == 0) return;
+  PerAtomComm::Values values((size_t) PerAtomComm::WIDTH * lists.nall, 0.0);
+  const auto for_each_part = [&](auto &&f) {
+    ValuesOfAtoms part = {values.data(), PerAtomComm::WIDTH};
+    effects.for_each([&](Effect &one) {
+      f(one, part);
+      part.first += one.shared_width(when);
     });
-  // a minimization changes nothing before it is at rest
-  ends.strains = fails && update->whichflag != 2 ? strains.data() : nullptr;
-  ends.failure = rules.break_strain;
+  };
+  for_each_part([when](const Effect &one, const ValuesOfAtoms &part) {
+    one.put_shared(when, part);
+  });
+  exchange->forward_comm(values);
+  for_each_part([when](Effect &one, const ValuesOfAtoms &part) {
+    one.set_shared(when, part);
+  });
+  ends.criteria.clear();
+  if (update->whichflag != 2)
+    find_criteria();    // a minimization changes nothing before it is at rest
 }
 
-void PairHistories::move_limits(PairWork *work, VolumeForces *volume, bool opens)
+void PairHistories::find_criteria()
 {
-  due = true;
-  bring_sums_home();
-  for (int i = 0; i < lists.nlocal; i++)
-    records->sphere(i).move_on((double) records->of(i).size() - sums.of(i, FlowSums::ENDED));
-  if (const auto heat = this->heat()) {
-    for (int i = 0; i < lists.nlocal; i++) heat->take_strain(i, records->sphere(i).p);
-    heat->take_factors();
-  }
-  const bool were_given = records->has_given();
-  if (were_given) take_given_strains();
-  share_limits(volume, opens);
-  for_each_limit([&](double &limit, double now, PairList &list, int i, int n) {
-    const double before = std::exchange(limit, now);
-    if (now < before) keep_below_limit(list, i, n, before, work, !were_given);
+  effects.for_each([this](const Effect &one) {
+    if (const FailureCriterion *const own = one.failure()) ends.criteria.push_back(own);
   });
 }
 
-void PairHistories::take_given_strains()
-{
-  for (int i = 0; i < lists.nlocal; i++) {
-    const double p = records->given(i);
-    if (p < 0.0) continue;
-    records->sphere(i).p = p;
-    if (const auto heat = this->heat()) heat->take_strain(i, p);    // no flow, so no rate
-  }
-  records->keep_given(false);
-}
-
-// of a pair of particle i
-double PairHistories::limit_of(int law, int i, double of_partner) const
-{
-  const double own = coefficients.law(law).own_limit;
-  return own > 0.0 ? own : std::min(limits[i], of_partner);
-}
-
-// Calls f(limit, limit by those of the spheres now, list, i, n) for pair n of a list, of particle i
-template <class F> void PairHistories::for_each_limit(F &&f)
-{
-  for (PairList *list : {&lists.bonds, &lists.contacts})
-    for (const PackedRow &row : list->rows)
-      for (int n = row.first; n < row.last; n++)
-        f(list->limit[n], limit_of(list->law[n], row.i, limits[list->j[n]]), *list, row.i, n);
-}
-
-// Where its limit has become smaller, at the distance of now: what a pair stores beyond it is dissipated. It adds to the
-// plastic strain, but not to one that was given
-void PairHistories::keep_below_limit(PairList &list, int i, int n, double before, PairWork *work,
-                                     bool adds_strain)
-{
-  const PackedPair pair = list.pair(n);
-  const PlacedPair p{pair, i, n, n, PairGeometry(scene::rows(atom->x), i, pair.j)};
-  const PairLaw &law = coefficients.law(p.law);
-  PairVariables was = p;
-  was.limit = before;
-  const PairState then = law.state(p.ratio(), was), now = law.state(p.ratio(), p);
-  if (now.inv_deq == p.inv_deq) return;
-  const double dissipated = then.dissipated + then.stored.elastic - now.stored.elastic;
-  if (p.is_bond && adds_strain)
-    sums.add(i, p.j, lists.nreact, FlowSums::SLIP, std::fabs(log_of_ratio(now.inv_deq, p.inv_deq)));
-  sums.add(i, p.j, lists.nreact, FlowSums::WORK, 0.5 * dissipated);
-  list.inv_deq[n] = now.inv_deq;
-  if (work) work->add_dissipated(rank_share(p.j, lists.nreact) * dissipated);
-}
-
-void PairHistories::commit(PairWork *work, VolumeForces *volume)
+void PairHistories::update_effects(Sharing when)
 {
   due = true;
-  for (PairList *list : {&lists.bonds, &lists.contacts})
-    if (list->stays()) commit_flow(*list, lists.nreact, sums);
-  end_bonds(work, volume);
-  end_far_bonds(work);
-  if (rules.joins()) begin_bonds(work);
+  effects.for_each([](Effect &one) {
+    one.begin_update();
+  });
+  effects.for_each([](Effect &one) {
+    one.update_effect();
+  });
+  share(when);
+}
+
+void PairHistories::commit()
+{
+  due = true;
+  effects.for_each([](Effect &one) {
+    one.commit();
+  });
+  end_bonds();
+  end_far_bonds();
+  if (rules.joins()) begin_bonds();
+  effects.for_each([](Effect &one) {
+    one.committed();
+  });
 }
 
 bool PairHistories::would_change() const
@@ -252,14 +178,16 @@ void PairHistories::find_next()
                              reinterpret_cast<double(*)[3]>(scratch.data()), lists.nreact};
   find_owners();
   ends.clear();
-  ends.strains = strains.empty() ? nullptr : strains.data();
+  ends.criteria.clear();
+  find_criteria();
   accumulate_forces(lists.bonds, coefficients.block_law(lists.bonds), view, {&ends});
-  accumulate_forces(lists.contacts, coefficients.block_law(lists.contacts), view,
-                    {beginning_to_find()});
+  std::vector<PairConsumer *> of_contacts;
+  if (BeginningBonds *const found = beginning_to_find()) of_contacts.push_back(found);
+  accumulate_forces(lists.contacts, coefficients.block_law(lists.contacts), view, of_contacts);
 }
 
 // at the end of a step, when deq has moved
-void PairHistories::end_bonds(PairWork *work, VolumeForces *volume)
+void PairHistories::end_bonds()
 {
   if (ends.found.empty()) return;
   for (size_t n = 0; n < ends.found.size(); n++) {
@@ -273,21 +201,16 @@ void PairHistories::end_bonds(PairWork *work, VolumeForces *volume)
     journal.push_back(
         {i, bond.j, atom->tag[bond.j], left.deq, failed ? PairEvent::FAILED : PairEvent::ENDED});
     note_event(i, bond.j, atom->tag[bond.j], failed ? BondEvent::FAILED : BondEvent::AT_DLIM);
-    if (rules.plastic) sums.add(i, bond.j, lists.nreact, FlowSums::ENDED, 1.0);
-    end_at(i, bond.j, coefficients.law(bond.law).state(d * bond.inv_deq, bond).stored, work);
-    if (volume) volume->bond_ends(lists, k);
+    const EndingPair pair = {k, i, bond.j,
+                             coefficients.law(bond.law).state(d * bond.inv_deq, bond).stored};
+    effects.for_each([&](Effect &one) {
+      one.bond_ends(pair);
+    });
     if (left.cutoff > 0.0) add_contact(i, bond, d, left);
   }
   lists.bonds.remove(ends.found);
   ends.clear();
   lists.build++;
-}
-
-// a pair of own atom i loses what it holds, which becomes heat
-void PairHistories::end_at(int i, int j, const Stored &held, PairWork *work)
-{
-  if (work) work->end(held, rank_share(j, lists.nreact));
-  if (const auto heat = this->heat()) heat->add(i, j, j < lists.nreact, held.total());
 }
 
 // of own atom i and j
@@ -314,7 +237,9 @@ void PairHistories::add_contact(int i, const PackedPair &bond, double d, const S
   const int law = divided ? coefficients.between_bodies(bond.law) : bond.law;
   demand_room(contacts, 1, error);
   contacts.set(contacts.size(), bond.j, left.deq, left.cutoff, law);
-  if (rules.plastic) contacts.limit[contacts.size()] = limit_of(law, i, limits[bond.j]);
+  if (rules.plastic)
+    contacts.limit[contacts.size()] =
+        lists.limit_of(coefficients.law(law).own_limit, i, lists.limits[bond.j]);
   contacts.add_row(i, 1);
   if (!contacts.joins) return;
   if (divided && !rules.join.all) contacts.join.back() |= PairList::OF_TWO_BODIES;
@@ -323,7 +248,7 @@ void PairHistories::add_contact(int i, const PackedPair &bond, double d, const S
 }
 
 // likewise. What a contact stores is lost: one that comes from outside has nothing, unless it jumped
-void PairHistories::begin_bonds(PairWork *work)
+void PairHistories::begin_bonds()
 {
   PairList &bonds = lists.bonds, &contacts = lists.contacts;
   for (const int k : begins.released) contacts.join[k] &= ~PairList::NOT_BEFORE_APART;
@@ -335,20 +260,20 @@ void PairHistories::begin_bonds(PairWork *work)
     const int law = coefficients.within_body(contact.law);
     const double alpha = coefficients.law(law).row.alpha;
     const double dlim = alpha * (atom->radius[i] + atom->radius[contact.j]);
-    end_at(i, contact.j, coefficients.law(contact.law).state(d * contact.inv_deq, contact).stored,
-           work);
+    const EndingPair pair = {
+        k, i, contact.j, coefficients.law(contact.law).state(d * contact.inv_deq, contact).stored};
+    effects.for_each([&](Effect &one) {
+      one.contact_joins(pair);
+    });
     journal.push_back({i, contact.j, atom->tag[contact.j], d, PairEvent::BEGAN});
     note_event(i, contact.j, atom->tag[contact.j], BondEvent::JOINED);
     if (d < contact.cut * rules.join.within / APART && !is_copy(i, contact.j)) jumps++;
-    sums.add(i, contact.j, lists.nreact, FlowSums::ENDED, -1.0);
     demand_room(bonds, 1, error);
     bonds.set(bonds.size(), contact.j, d, dlim, law);
-    bonds.limit[bonds.size()] = limit_of(law, i, limits[contact.j]);
+    bonds.limit[bonds.size()] =
+        lists.limit_of(coefficients.law(law).own_limit, i, lists.limits[contact.j]);
     bonds.add_row(i, 1);
-    if (!bonds.joins) continue;    // without the volume energy
-    bonds.join.back() = PairList::HAS_JOINED;
-    bonds.inv_dlim.resize(bonds.size() - 1);
-    bonds.inv_dlim.push_back(HUGE_VAL);
+    if (bonds.joins) bonds.join.back() = PairList::HAS_JOINED;
   }
   contacts.remove(begins.found);
   if (!begins.found.empty()) lists.build++;
@@ -356,45 +281,41 @@ void PairHistories::begin_bonds(PairWork *work)
 }
 
 // each on the ranks of both of its atoms, of which that of the lower ID notes the event
-void PairHistories::end_far_bonds(PairWork *work)
+void PairHistories::end_far_bonds()
 {
   if (!rules.has_history()) return;
   for (size_t n = 0; n < far.size(); n++) {
     const FarBond &bond = far[n];
     const double sum_radii = atom->radius[bond.i] + bond.radius;
     const double rest = rules.of_ended(sum_radii, bond.cutoff).deq;
-    journal.push_back(
-        {bond.i, -1, bond.partner, rest, bond.at_dlim ? PairEvent::ENDED : PairEvent::FAILED});
+    journal.push_back({bond.i, -1, (tagint) bond.partner, rest,
+                       bond.at_dlim ? PairEvent::ENDED : PairEvent::FAILED});
     if (keeps_events && atom->tag[bond.i] < bond.partner)
-      add_event(bond.i, bond.partner, far_partners[n],
+      add_event(bond.i, (tagint) bond.partner, far_partners[n],
                 bond.at_dlim ? BondEvent::AT_DLIM : BondEvent::FAILED);
-    sums.of(bond.i, FlowSums::ENDED) += 1.0;
-    sums.of(bond.i, FlowSums::WORK) += 0.5 * bond.state.dissipated;
-    if (const auto heat = this->heat()) heat->add(bond.i, -1, false, bond.state.stored.total());
-    if (rules.plastic)
-      sums.of(bond.i, FlowSums::SLIP) +=
-          std::fabs(log_of_ratio(bond.state.inv_deq, 1.0 / bond.deq));
   }
+  effects.for_each([this](Effect &one) {
+    one.far_bonds_end(far);
+  });
   forget_far();
-  if (work) work->end_beyond_list();
 }
 
-void PairHistories::return_to(const BondStore &store, VolumeForces *volume)
+void PairHistories::return_to(const BondStore &store)
 {
   if (&store != records) return;
-  if (std::exchange(due, false)) return_due(volume);
-  if (const auto heat = this->heat()) heat->bring_home();
+  const bool are_due = std::exchange(due, false);
+  effects.for_each([are_due](Effect &one) {
+    one.return_to_records(are_due);
+  });
+  if (are_due) return_due();
 }
 
-void PairHistories::return_due(VolumeForces *volume)
+void PairHistories::return_due()
 {
-  bring_sums_home();
-  if (volume) volume->note_bonds_at_rest(lists);
   if (rules.plastic) add_moves();
   tell_owners();
   if (rules.joins()) warn_of_jumps();
   journal.clear();
-  for (int i = 0; i < lists.nlocal; i++) sums.of(i, FlowSums::ENDED) = 0.0;
 }
 
 // Collective
@@ -529,7 +450,7 @@ int64_t PairHistories::find_far()
     const PairLaw &law = coefficients.law(index);
     const double dlim = law.row.alpha * (atom->radius[i] + partner.radius);
     const Span span = rules.of_bond(bond.deq, dlim);
-    const double limit = rules.plastic ? limit_of(index, i, partner.value) : 0.0;
+    const double limit = rules.plastic ? lists.limit_of(law.own_limit, i, partner.value) : 0.0;
     far.push_back({i, (tagint) bond.partner, bond.deq, partner.radius, span.cutoff,
                    !(span.cutoff < dlim),
                    law.state(span.cutoff / bond.deq,
@@ -559,12 +480,12 @@ int64_t PairHistories::find_far()
         is_near = is_near ||
             PairGeometry(x, i, at->second).dsq <= cutneighsq[atom->type[i]][atom->type[j]];
       if (!is_near || !types.handles(atom->type[i], atom->type[j]))
-        add(i, bond, {atom->type[j], atom->radius[j], rules.plastic ? limits[j] : 0.0},
+        add(i, bond, {atom->type[j], atom->radius[j], rules.plastic ? lists.limits[j] : 0.0},
             Vector(x[j]));
     }
 
   if (on_any(!partners.empty(), world)) {
-    const AtomDirectory directory(lmp, partners, rules.plastic ? limits.data() : nullptr);
+    const AtomDirectory directory(lmp, partners, rules.plastic ? lists.limits.data() : nullptr);
     const std::vector<Vector> places = keeps_events ? places_of(partners)
                                                     : std::vector<Vector>(partners.size());
     for (size_t k = 0; k < partners.size(); k++)
@@ -573,23 +494,6 @@ int64_t PairHistories::find_far()
   }
   for (const auto &[i, partner] : deleted) records->forget(i, partner);
   return (int64_t) far.size() + without_pair;
-}
-
-// a bond of two MPI ranks counts half on each
-PairWork::BeyondList PairHistories::beyond_list() const
-{
-  PairWork::BeyondList sum{};
-  for (const FarBond &bond : far) {
-    sum.held.elastic += 0.5 * bond.state.stored.elastic;
-    sum.held.forgotten += 0.5 * bond.state.stored.forgotten;
-    sum.dissipated += 0.5 * bond.state.dissipated;
-  }
-  return sum;
-}
-
-void PairHistories::tell_of_far(VolumeForces &volume) const
-{
-  for (const FarBond &bond : far) volume.far_bond_leaves(bond.i);
 }
 
 }    // namespace EVP

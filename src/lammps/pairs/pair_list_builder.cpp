@@ -33,7 +33,6 @@ PairListBuilder::Found PairListBuilder::build(const Input &input, PairLists &lis
                        input.rules.flow_of_contacts());
   lists.contacts.joins = input.rules.joins();
   lists.bonds.joins = input.rules.joins() && input.bonds && input.bonds->has_volume();
-  lists.unbonded.clear(BOND_MARGIN, Flow::FORGETS);
 
   Found found{};
   View view = {scene::rows(atom->x),

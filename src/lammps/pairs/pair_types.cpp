@@ -2,10 +2,12 @@
 
 #include "lammps/pairs/pair_types.h"
 
+#include "core/bonds/bond_store.h"
 #include "core/law/files.h"
 #include "lammps/base/collective.h"
 #include "lammps/base/scene.h"
 #include "lammps/base/user_input.h"
+#include "lammps/pairs/effect.h"
 
 #include "comm.h"
 #include "domain.h"
@@ -44,7 +46,6 @@ void PairTypes::begin_run(const BondStore *bonds)
         if (radius) max_radius[type] = std::max(max_radius[type], *radius);
       }
   set_measures(bonds);
-  set_kv_of_types();
 }
 
 double PairTypes::handle(int i, int j, double alpha)
@@ -92,22 +93,13 @@ bool PairTypes::set_measures(const BondStore *bonds)
   return coefficients.set_measures(bonds ? bonds->measures : none);
 }
 
-void PairTypes::set_kv_of_types()
+bool PairTypes::rescale_if_measures_changed(const BondStore *bonds, bool plastic)
 {
-  const auto volume = scene::find_shared<VolumeForces>(modify);
-  for (int type = 1; volume && volume->is_of_rows() && type <= atom->ntypes; type++)
-    stop_at_bad_row(type, type, [&] {
-      volume->set_kv(type, coefficients.kv(type));
-    });
-}
-
-void PairTypes::rescale_if_measures_changed(const BondStore *bonds, bool plastic)
-{
-  if (!set_measures(bonds)) return;
+  if (!set_measures(bonds)) return false;
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
       if (handles(i, j)) make(i, j, plastic);
-  set_kv_of_types();
+  return true;
 }
 
 std::string PairTypes::describe(int i, int j, bool with_kv) const
@@ -128,10 +120,16 @@ std::string PairTypes::describe(int i, int j, bool with_kv) const
   return line + (source == Source::LIKE_TYPES ? ", as of the like types\n" : "\n");
 }
 
-std::string PairTypes::describe() const
+static bool uses(const Effects &effects, double Row::*member)
 {
-  const auto volume = VolumeForces::find(modify);
-  const bool with_kv = volume && volume->is_of_rows();
+  return effects.any([member](const Effect &one) {
+    return one.uses(member);
+  });
+}
+
+std::string PairTypes::describe(const Effects &effects) const
+{
+  const bool with_kv = uses(effects, &Row::kv);
   std::string lines;
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
@@ -154,12 +152,12 @@ std::string PairTypes::find_inactive_kv() const
   return "";
 }
 
-std::string PairTypes::find_inactive_keywords(bool plastic) const
+std::string PairTypes::find_inactive_keywords(bool plastic, const Effects &effects) const
 {
-  if (plastic && scene::find_fix(modify, "evp/heat")) return "";
   std::string keys;
   for (const char *key : {"soften", "rate"}) {
     bool given = false;
+    if (plastic && uses(effects, find_member(key)->value)) continue;
     for (int type = 1; type <= atom->ntypes; type++)
       given = given ||
           (handles(type, type) && is_given(coefficients.row(type, type), *find_member(key)));
@@ -195,14 +193,14 @@ void PairTypes::report_unlike_types()
                  line);
 }
 
-void PairTypes::report(bool plastic)
+void PairTypes::report(bool plastic, const Effects &effects)
 {
   if (plastic) report_unlike_types();
   const std::string warning = find_inactive_kv();
   if (warning != std::exchange(last_kv_warning, warning) && !warning.empty() && comm->me == 0)
     error->warning(FLERR, warning);
   if (!coefficients.any_scaled()) return;
-  const std::string lines = describe();
+  const std::string lines = describe(effects);
   if (lines == std::exchange(last_report, lines) || comm->me) return;
   if (coefficients.measured().any_bonds())
     utils::logmesg(lmp, lines);
@@ -213,7 +211,7 @@ void PairTypes::report(bool plastic)
                    "fix evp/bonds to scale them");
 }
 
-void PairTypes::check(const PairList &list, const VolumeForces *volume) const
+void PairTypes::check(const PairList &list, const Effects &effects) const
 {
   if (!coefficients.any_scaled()) return;
   const int n = atom->ntypes + 1;
@@ -223,7 +221,7 @@ void PairTypes::check(const PairList &list, const VolumeForces *volume) const
       unknown[(size_t) i * n + j] = coefficients.row(i, j).is_scaled() &&
           coefficients.scaling(i, j).source == Source::AS_GIVEN;
 
-  const bool has_kv = volume && volume->is_of_rows();
+  const bool has_kv = uses(effects, &Row::kv);
   int first = 0;    // type, of the pair of types or of the KV
   for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
     const int a = atom->type[p.i], b = atom->type[p.j];

@@ -3,13 +3,16 @@
 
 #include "core/law/coefficients.h"
 #include "core/law/limit.h"
-#include "lammps/volume/volume_forces.h"
+#include "lammps/base/lammps_names.h"
 
 #include <algorithm>
 #include <string>
 #include <vector>
 
 namespace EVP {
+
+class BondStore;
+class Effects;
 
 /// The pairs of atom types that pair style evp/lj handles. Makes the laws of their rows for the body whose bonds were
 /// measured, and tells users what the rows that name the bodies they hold for are multiplied by in this one. Keeps how
@@ -45,16 +48,17 @@ class PairTypes : protected Pointers {
   void check_radii() const;
 
   /// At a packing: the bonds were recorded, or went, after the laws were made.
-  void rescale_if_measures_changed(const BondStore *bonds, bool plastic);
+  /// Returns whether they were made anew.
+  bool rescale_if_measures_changed(const BondStore *bonds, bool plastic);
 
   /// At the set-up of a run, again only when it changes. Warns where a row has a volume energy and there is no fix evp/volume.
-  void report(bool plastic);
+  void report(bool plastic, const Effects &);
 
   /// Keywords of rows, joined by commas, that have no effect as they change the limits of hot or fast flow alone.
-  std::string find_inactive_keywords(bool plastic) const;
+  std::string find_inactive_keywords(bool plastic, const Effects &) const;
 
   /// Collective. Stops where these bonds join types that had none when they were measured: types may have been set since.
-  void check(const PairList &, const VolumeForces *) const;
+  void check(const PairList &, const Effects &) const;
 
  private:
   Coefficients &coefficients;
@@ -66,9 +70,8 @@ class PairTypes : protected Pointers {
   bool has_types() const { return !longest_of.empty(); }
   size_t index(int i, int j) const { return std::min(i, j) * max_radius.size() + std::max(i, j); }
   bool set_measures(const BondStore *);
-  void set_kv_of_types();
   template <class F> void stop_at_bad_row(int i, int j, F &&f) const;
-  std::string describe() const;
+  std::string describe(const Effects &) const;
   std::string describe(int i, int j, bool with_kv) const;
   std::string find_inactive_kv() const;
   void report_unlike_types();

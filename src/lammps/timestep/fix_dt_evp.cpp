@@ -151,7 +151,7 @@ bool FixDtEVP::find_fastest(double dt)
 
   const double share = is_resolved() ? displacement : PASSES;
   opening = turning = {NO_LIMIT, 0.0, 0.0};
-  const PairRules &rules = pair_data->rules;
+  const PairRules &rules = pair_data->rules();
   bool meets = false;
   for_each_pair(pair_data->packed_pairs(), scene::rows(atom->x), [&](const PlacedPair &p) {
     if (!((atom->mask[p.i] | atom->mask[p.j]) & groupbit)) return;

@@ -28,15 +28,14 @@ void StableTimesteps::linearise(const PairData &pair_data, const FreeAtoms &free
   stiffest = -1.0;
   all_converged = true;
   note_atoms(free);
-  linear.with_volume = pair_data.volume() != nullptr;
+  implicit_groupbits = pair_data.implicit_groupbits();
+  linear.with_densities = false;
   linear.nreact = pair_data.packed_pairs().nreact;
   note_pairs(pair_data);
-  if (VolumeForces *const volume = pair_data.volume()) {    // atoms may have moved since the forces
-    const PairLists &lists = pair_data.packed_pairs();
-    volume->evaluate_aside(lists);
-    note_volume(*volume, lists);
-    linear.find_springs_above_volume();
-  }
+  pair_data.effects.for_each([this](Effect &one) {
+    one.add_stiffness(linear);
+  });
+  if (linear.with_densities) linear.find_springs_above_density();
   least_damping = NO_LIMIT;
   bool damped = false, undamped = false;
   for (size_t k = 0; k < linear.links.size(); k++) {
@@ -71,8 +70,8 @@ void StableTimesteps::note_atoms(const FreeAtoms &free)
 void StableTimesteps::note_pairs(const PairData &pair_data)
 {
   linear.links.clear();
-  linear.volume_links.clear();
-  linear.volume_stiffness.clear();
+  linear.density_links.clear();
+  linear.density_stiffness.clear();
   linear.links.reserve(pair_data.packed_pairs().size());
   for_each_pair(pair_data.packed_pairs(), scene::rows(atom->x), [&](const PlacedPair &p) {
     if ((!linear.is_free(p.i) && !linear.is_free(p.j)) || !p.acts()) return;
@@ -82,34 +81,6 @@ void StableTimesteps::note_pairs(const PairData &pair_data)
     const PairState state = pair_data.state_of(p);
     linear.links.push_back({p.i, p.j, p.direction(), state.stiffness_ahead,
                             -state.force / p.distance(), law.gamma + pair_data.implicit_gamma(p)});
-  });
-}
-
-// Its pairs are links already, or become such, without damping. F = -pull 2 t/dlim
-void StableTimesteps::note_volume(const VolumeForces &volume, const PairLists &lists)
-{
-  for (int i = 0; i < atom->nlocal; i++) linear.volume_stiffness.push_back(volume.stiffness(i));
-  std::vector<std::pair<std::pair<int, int>, size_t>> known;
-  for (size_t k = 0; k < linear.links.size(); k++)
-    known.push_back({{linear.links[k].i, linear.links[k].j}, k});
-  std::sort(known.begin(), known.end());
-  linear.volume_links.resize(known.size());
-  volume.for_each_pair(lists, [&](const PlacedPair &p, bool bond, double inv_dlim, double pull) {
-    if (!linear.is_free(p.i) && !linear.is_free(p.j)) return;
-    const std::pair<int, int> pair = {p.i, p.j};
-    const auto found = std::lower_bound(known.begin(), known.end(), std::pair(pair, (size_t) 0));
-    const double d = p.distance();
-    size_t k = linear.links.size();
-    if (found != known.end() && found->first == pair)
-      k = found->second;
-    else {
-      linear.links.push_back({p.i, p.j, p.direction(), 0.0, 0.0, 0.0});
-      linear.volume_links.emplace_back();
-    }
-    const double opening = 2.0 * inv_dlim * (1.0 - d * inv_dlim);
-    linear.volume_links[k] = {opening, 0.0, bond};
-    linear.links[k].axial += std::max(0.0, -2.0 * pull * inv_dlim * inv_dlim);
-    linear.links[k].across += pull * opening / d;
   });
 }
 
@@ -129,12 +100,11 @@ double StableTimesteps::lambda_k()
 // does fix nve/evp integrate all the free atoms that interact?
 bool StableTimesteps::all_implicit() const
 {
-  const Fix *implicit = scene::find_fix(modify, "nve/evp");
-  if (!implicit) return false;
+  if (!implicit_groupbits) return false;
   bool outside = false;
   for (const auto &link : linear.links)
     for (const int i : {link.i, link.j})
-      if (linear.is_free(i) && !(atom->mask[i] & implicit->groupbit)) outside = true;
+      if (linear.is_free(i) && !(atom->mask[i] & implicit_groupbits)) outside = true;
   return !on_any(outside, world);
 }
 
@@ -167,7 +137,7 @@ double StableTimesteps::implicit_dt()
   const bool is_at_rest = highest_row_sum(REST) < 1e-12 * highest_row_sum(AXIAL);
   const double rest = is_at_rest ? 0.0 : largest_eigenvalue(REST);
   const double axial = rest > 0.0 ? largest_eigenvalue(AXIAL) : lambda_k();
-  return implicit_dt(axial, rest, linear.with_volume || any_undamped ? undamped_dt() : 0.0);
+  return implicit_dt(axial, rest, linear.with_densities || any_undamped ? undamped_dt() : 0.0);
 }
 
 double StableTimesteps::bound() const

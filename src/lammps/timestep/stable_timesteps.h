@@ -59,6 +59,7 @@ class StableTimesteps : protected Pointers {
 
  private:
   StiffnessMatrix linear;
+  int implicit_groupbits = 0;         // of atoms whose pairs are damped implicitly
   double least_damping = NO_LIMIT;    // of the damped links, over their axial stiffness [time]
   bool any_damped = false;
   bool any_undamped = false;    // is there a stiff link without damping?
@@ -70,7 +71,6 @@ class StableTimesteps : protected Pointers {
   double implicit_dt(double lambda_axial, double lambda_rest, double undamped) const;
   void note_atoms(const FreeAtoms &);
   void note_pairs(const PairData &);
-  void note_volume(const VolumeForces &, const PairLists &);
   double largest_eigenvalue(const StiffnessMatrix::Mix &);
   double lambda_k();
 };

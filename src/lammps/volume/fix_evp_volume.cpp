@@ -49,7 +49,7 @@ FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : WithPerAtomComm(
   peratom_flag = peratom_freq = 1;
   size_peratom_cols = 0;
 
-  forces = std::make_shared<VolumeForces>(lmp, who, groupbit, kv, *this);
+  forces = std::make_shared<VolumeForces>(this, lmp, who, kv, *this);
   forces->law = law;
   FixEVPVolume::grow_arrays(atom->nmax);
   atom->add_callback(Atom::GROW);
@@ -58,8 +58,8 @@ FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : WithPerAtomComm(
 void FixEVPVolume::init()
 {
   const PairData *const pair_data = PairData::require(force, error, who);
-  comm_forward = VolumeForces::npulls(pair_data->rules);    // before LAMMPS makes its buffers
-  comm_reverse = VolumeForces::ncolumns(pair_data->rules);
+  comm_forward = VolumeForces::npulls(pair_data->rules());    // before LAMMPS makes its buffers
+  comm_reverse = VolumeForces::ncolumns(pair_data->rules());
   scene::refuse_respa(update, error, who);
   strains_step = -1;
   if (!forces->acts()) {

@@ -12,7 +12,7 @@ namespace LAMMPS_NS {
 
 /// An energy of the volume strain of each atom, by the density of its neighbors. Its forces are in those of the pair style,
 /// its energy is here; what atoms keep for it is with the records of fix evp/bonds.
-class FixEVPVolume : public EVP::WithPerAtomComm<Fix>, public EVP::Shares<EVP::VolumeForces> {
+class FixEVPVolume : public EVP::WithPerAtomComm<Fix>, public EVP::HasEffect {
  public:
   FixEVPVolume(class LAMMPS *, int, char **);
   ~FixEVPVolume() override { atom->delete_callback(id, Atom::GROW); }
@@ -29,7 +29,7 @@ class FixEVPVolume : public EVP::WithPerAtomComm<Fix>, public EVP::Shares<EVP::V
   double compute_scalar() override { return EVP::reduce_all(forces->energy(), MPI_SUM, world); }
   double compute_vector(int) override;
 
-  std::shared_ptr<EVP::VolumeForces> share() const override { return forces; }
+  std::shared_ptr<EVP::Effect> effect() override { return forces; }
 
   double memory_usage() override { return forces->memory_usage() + EVP::bytes_of(shown); }
   void grow_arrays(int) override;

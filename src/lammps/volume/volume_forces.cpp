@@ -4,6 +4,7 @@
 
 #include "lammps/base/atom_directory.h"
 #include "lammps/base/collective.h"
+#include "lammps/base/user_input.h"
 #include "lammps/pairs/pair_list_builder.h"
 
 #include "comm.h"
@@ -17,27 +18,34 @@
 
 namespace EVP {
 
-VolumeForces::VolumeForces(LAMMPS *lmp, const std::string &who_in, int groupbit_in,
+VolumeForces::VolumeForces(const Fix *fix_in, LAMMPS *lmp, const std::string &who_in,
                            const std::vector<double> &kv_in, PerAtomComm &exchange_in) :
     Pointers(lmp),
-    who(who_in), groupbit(groupbit_in), from_rows(kv_in.empty()), kv(kv_in), exchange(exchange_in)
+    fix(fix_in), who(who_in), from_rows(kv_in.empty()), kv(kv_in), exchange(exchange_in)
 {
   if (from_rows) kv.assign(lmp->atom->ntypes + 1, 0.0);
 }
 
-std::shared_ptr<VolumeForces> VolumeForces::find(const Modify *modify)
+void VolumeForces::rows_scaled(const Coefficients &coefficients)
 {
-  const auto forces = scene::find_shared<VolumeForces>(modify);
-  return forces && forces->acts() ? forces : nullptr;
+  for (int type = 1; from_rows && type <= atom->ntypes; type++)
+    stop_at_bad_input(error, fmt::format("Pair evp/lj, types {} and {}", type, type), [&] {
+      kv[type] = coefficients.kv(type);
+    });
+  if (!acts()) forget();
 }
 
-void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, BondStore &store_in,
-                        const Coefficients &coefficients_in, const PairRules &rules,
-                        const EndingBonds &ending_in)
+std::string VolumeForces::describe() const
 {
-  store = &store_in;
-  coefficients = &coefficients_in;
-  ending = rules.breaks() ? &ending_in : nullptr;
+  return fmt::format(", volume energy from fix {}", fix->id);
+}
+
+void VolumeForces::pairs_packed(const NeighList *neighbors, bool /*is_first*/)
+{
+  PairLists &lists = pairs->lists();
+  const PairRules &rules = pairs->rules();
+  BondStore *const store = &this->store();
+  bonds_end = rules.breaks();
   is_plastic = rules.plastic;
   columns = Columns(rules);
   stride = npulls(rules);
@@ -66,7 +74,7 @@ void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, BondStore 
   batches.assign((size_t) stride * lists.nall, 0.0);
   for (int i = 0; i < lists.nlocal; i++) {
     batches[stride * (size_t) i] = store->volume(i).batch;
-    batches[stride * (size_t) i + 1] = openness(i, store->volume(i), false);
+    batches[stride * (size_t) i + 1] = openness(i, false);
   }
   exchange.forward_comm(batches);
   set_openness(is_plastic ? lists.nall : 0, [this](int i) {
@@ -74,7 +82,9 @@ void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, BondStore 
   });
 
   PairList &bonds = lists.bonds;
-  bonds.inv_dlim.resize(bonds.size());
+  inv_dlim = bonds.add_column(HUGE_VAL);
+  std::vector<double> &inv_dlim_of = bonds.columns[inv_dlim].values;
+  unbonded.clear(BOND_MARGIN, Flow::FORGETS);
   for (Others &some : others) some.all.clear(BOND_MARGIN, Flow::FORGETS);
   const auto x = scene::rows(atom->x);
   std::vector<int> bonded_to(lists.nall, -1);    // the last particle that has a bond with this one
@@ -84,17 +94,16 @@ void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, BondStore 
     for (; row != bonds.rows.end() && row->i == i; ++row)
       for (int k = row->first; k < row->last; k++) {
         const int j = bonds.j[k];
-        bonds.inv_dlim[k] = HUGE_VAL;
         if (bonds.joins && bonds.join[k] != 0) continue;
         bonded_to[j] = i;
         const double end = dlim(i, j, true);
         if (ends_of_bond(i, j) == BOTH)
-          bonds.inv_dlim[k] = 1.0 / end;
+          inv_dlim_of[k] = 1.0 / end;
         else if (end > 0.0)
           add_pair(of_later(i, j).all, i, j, end, error);
       }
     if (!has_strain(i)) continue;
-    demand_room(lists.unbonded, neighbors->numneigh[i], error);
+    demand_room(unbonded, neighbors->numneigh[i], error);
     int n = 0;
     for (int jj = 0; jj < neighbors->numneigh[i]; jj++) {
       const int j = neighbors->firstneigh[i][jj] & NEIGHMASK;
@@ -102,11 +111,50 @@ void VolumeForces::pack(const NeighList *neighbors, PairLists &lists, BondStore 
         continue;
       const double end = dlim(i, j, false);
       if (end > 0.0 && !stays_beyond(PairGeometry(x, i, j).dsq, end, lmp->neighbor->skin))
-        lists.unbonded.set(lists.unbonded.size() + n++, j, end, end);
+        unbonded.set(unbonded.size() + n++, j, end, end);
     }
-    lists.unbonded.add_row(i, n);
+    unbonded.add_row(i, n);
   }
-  if (takes || fewer) fill_gaps(lists, taken);
+  if (takes || fewer) fill_gaps(taken);
+}
+
+void VolumeForces::far_bonds_found(const std::vector<FarBond> &bonds)
+{
+  far.clear();
+  // of eq. 8: they break before their spheres are out of reach, at the end of the step
+  for (const FarBond &bond : bonds)
+    if (bonds_end && !is_plastic) far.push_back(bond.i);
+}
+
+VolumeForces::Openness VolumeForces::openness(int i, bool opens) const
+{
+  const VolumeRecord &own = store().volume(i);
+  if (own.reference.is(VolumeReference::OPEN)) return IS_OPEN;
+  return opens && own.strain > law.cavitation && kv_of(i) > 0.0 ? OPENS : CLOSED;
+}
+
+// of(i): Openness of n atoms and ghosts
+template <class F> void VolumeForces::set_openness(int n, F &&of)
+{
+  open.resize(n);
+  for (int i = 0; i < n; i++) open[i] = (char) of(i);
+  any_open = std::any_of(open.begin(), open.end(), [](char one) {
+    return one != CLOSED;
+  });
+}
+
+// when a minimization begins its potential must not change
+void VolumeForces::put_shared(Sharing when, const ValuesOfAtoms &values) const
+{
+  for (int i = 0; i < pairs->lists().nlocal; i++)
+    values[i][0] = openness(i, when == Sharing::UPDATED);
+}
+
+void VolumeForces::set_shared(Sharing, const ValuesOfAtoms &values)
+{
+  set_openness(pairs->lists().nall, [&](int i) {
+    return values[i][0];
+  });
 }
 
 void VolumeForces::add_pair(PairList &list, int i, int j, double dlim, Error *error)
@@ -127,12 +175,12 @@ void VolumeForces::remove_pair(PairList &list, int i, int j)
 
 // Pairs that are no bonds, and are there at rest or once an exclusion is undone, are surfaces of a crack that never had any.
 // They have no force from that alone. taken: own atoms whose references are those of now, empty where an exclusion is undone
-void VolumeForces::fill_gaps(const PairLists &lists, const std::vector<char> &taken)
+void VolumeForces::fill_gaps(const std::vector<char> &taken)
 {
   constexpr double AT_REST = 1e-6;
-  evaluate(lists);
-  for (int i = 0; i < lists.nlocal; i++) {
-    VolumeReference &own = store->volume(i).reference;
+  before_forces({pairs->positions(), nullptr, nullptr, pairs->lists().nreact});
+  for (int i = 0; i < pairs->lists().nlocal; i++) {
+    VolumeReference &own = store().volume(i).reference;
     const DensityNow now = density(i);
     const double denser = now.bonded - own.own.rho;
     const double unbonded = now.pulling + now.pushing;
@@ -160,19 +208,19 @@ void VolumeForces::lose_partners(VolumeRecord &record, const NeighborDensity &le
   if (!(reference.own.slope > negligible)) record = {};
 }
 
-void VolumeForces::bond_ends(PairLists &lists, int k)
+void VolumeForces::bond_ends(const EndingPair &bond)
 {
-  const PackedPair bond = lists.bonds.pair(k);
-  const int i = lists.bonds.owner_of(k), j = bond.j;
-  if (bond.has_joined || dlim(i, j, true) == 0.0) return;
+  const auto [index, i, j, held] = bond;
+  if (pairs->lists().bonds.pair(index).has_joined || dlim(i, j, true) == 0.0) return;
   if (ends_of_bond(i, j) != BOTH) remove_pair(of_later(i, j).all, i, j);
-  if (const double end = dlim(i, j, false); end > 0.0) add_pair(lists.unbonded, i, j, end, error);
+  if (const double end = dlim(i, j, false); end > 0.0) add_pair(unbonded, i, j, end, error);
 }
 
 // Bonds that end at the end of the step count as new pairs at once, so that the next set-up finds the same forces; those past
 // their dlim have no share any more
-void VolumeForces::add_leaving(const PairLists &lists, const std::vector<int> &ended)
+void VolumeForces::add_leaving(const std::vector<int> &ended)
 {
+  const PairLists &lists = pairs->lists();
   constexpr double SOME = std::numeric_limits<double>::min();    // tells that one leaves
   const auto add = [&](int i, double share, int kind) {
     densities[columns.n * (size_t) i + kind] += std::max(share, SOME);
@@ -202,7 +250,7 @@ void VolumeForces::add_leaving(const PairLists &lists, const std::vector<int> &e
 }
 
 // Pairs of atoms that are torn open, and what of their shares ceases to pull in this step
-void VolumeForces::find_beside_open(const PairLists &lists)
+void VolumeForces::find_beside_open()
 {
   PairList &pulling = others[UNBONDED].now, &pushing = others[BESIDE_OPEN].now;
   pushing.clear(BOND_MARGIN, Flow::FORGETS);
@@ -217,7 +265,7 @@ void VolumeForces::find_beside_open(const PairLists &lists)
     NeighborDensity now{};
     now.add(p.distance(), 1.0 / p.inv_deq);
     densities_of(CEASED).of(p.i) += now.rho;
-    if (p.j < lists.nreact) densities_of(CEASED).of(p.j) += now.rho;
+    if (p.j < pairs->lists().nreact) densities_of(CEASED).of(p.j) += now.rho;
   });
   pulling.remove(out);
 }
@@ -226,7 +274,7 @@ void VolumeForces::find_beside_open(const PairLists &lists)
 std::optional<VolumeReference> VolumeForces::find_change(int i)
 {
   if (!has_strain(i)) return std::nullopt;
-  VolumeReference reference = store->volume(i).reference;
+  VolumeReference reference = store().volume(i).reference;
   double *const own = &densities[columns.n * (size_t) i];
   bool changes = false;
   if (any_open && (own[CEASED] > 0.0 || open[i] == OPENS)) {
@@ -236,7 +284,7 @@ std::optional<VolumeReference> VolumeForces::find_change(int i)
     reference = open[i] == OPENS ? VolumeLaw::opened(reference, before)
                                  : VolumeLaw::beside_open(reference, before, ceased);
   }
-  if (!ending) return changes ? std::optional(reference) : std::nullopt;
+  if (!bonds_end) return changes ? std::optional(reference) : std::nullopt;
   if (own[columns.gone] > 0.0) {
     changes = true;
     reference.own.rho -= own[columns.gone];
@@ -256,15 +304,15 @@ std::optional<VolumeReference> VolumeForces::find_change(int i)
   return changes ? std::optional(reference) : std::nullopt;
 }
 
-void VolumeForces::commit()
+void VolumeForces::committed()
 {
-  for (const Leaving &now : leaving) store->volume(now.i).reference = now.reference;
+  for (const Leaving &now : leaving) store().volume(now.i).reference = now.reference;
   leaving.clear();
   far.clear();
   if (!is_plastic) return;
   for (char &one : open)
     if (one == OPENS) one = IS_OPEN;
-  for (size_t i = 0; i < strains.size(); i++) store->volume((int) i).strain = strains[i];
+  for (size_t i = 0; i < strains.size(); i++) store().volume((int) i).strain = strains[i];
 }
 
 const VolumeReference &VolumeForces::reference(int i) const
@@ -276,19 +324,21 @@ const VolumeReference &VolumeForces::reference(int i) const
         });
     if (at != leaving.end() && at->i == i) return at->reference;
   }
-  return store->volume(i).reference;
+  return store().volume(i).reference;
 }
 
 // 0 of no pair, which a pair of another style is
 double VolumeForces::dlim(int i, int j, bool is_bond) const
 {
   if (!are_pair(i, j, is_bond)) return 0.0;
-  const double alpha = coefficients->row(atom->type[i], atom->type[j]).alpha;
+  const double alpha = pairs->coefficients().row(atom->type[i], atom->type[j]).alpha;
   return alpha == 0.0 ? 0.0 : reach(alpha) * (atom->radius[i] + atom->radius[j]);
 }
 
-double VolumeForces::force(int i, int j, double d, double alpha, bool bond) const
+double VolumeForces::force_between(int i, int j, double d, const PackedPair &pair) const
 {
+  const double alpha = pairs->law_of(pair).row.alpha;
+  const bool bond = pair.is_bond && !pair.has_joined && d * d <= pair.cutsq;
   if (stride * (size_t) std::max(i, j) >= pulls.size() || !are_pair(i, j, bond)) return 0.0;
   const double end = reach(alpha) * (atom->radius[i] + atom->radius[j]);
   const Density column = bond ? BONDED : is_beside_open(i, j) ? PUSHING : PULLING;
@@ -300,7 +350,8 @@ std::vector<double> VolumeForces::reaches() const
 {
   std::vector<double> all;
   for (int i = 1; i <= atom->ntypes; i++)
-    for (int j = i; j <= atom->ntypes; j++) all.push_back(reach(coefficients->row(i, j).alpha));
+    for (int j = i; j <= atom->ntypes; j++)
+      all.push_back(reach(pairs->coefficients().row(i, j).alpha));
   return all;
 }
 
@@ -326,7 +377,7 @@ bigint VolumeForces::sum_of_partners() const
 {
   uint64_t sum = 0;
   for (int i = 0; i < atom->nlocal; i++)
-    if (!store->of(i).empty())
+    if (!store().of(i).empty())
       sum += (((uint64_t) atom->tag[i] * 0x9E3779B97F4A7C15ULL) ^
               (0xD6E8FEB86659FD93ULL * (uint64_t) atom->type[i])) >>
           28;    // the sum of 2^27 atoms does not overflow
@@ -336,23 +387,23 @@ bigint VolumeForces::sum_of_partners() const
 // Was it recorded after the references were taken? A loose one that has joined since has none, and never counts
 bool VolumeForces::is_new(int i) const
 {
-  return !store->volume(i).is_known() && !store->of(i).empty() &&
-      !(store->has_history() && store->sphere(i).recorded == 0.0);
+  return !store().volume(i).is_known() && !store().of(i).empty() &&
+      !(store().has_history() && store().sphere(i).recorded == 0.0);
 }
 
 // Collective. Of own atoms, once references have been taken; a fix that is new takes those of all, but for those of a bond
 // file. 0 of atoms that have none
 std::vector<double> VolumeForces::batches_to_be(bool takes) const
 {
-  const bool keeps = !takes || store->volume_scene.reaches.empty();
+  const bool keeps = !takes || store().volume_scene.reaches.empty();
   double last = 0.0;
-  for (int i = 0; i < atom->nlocal; i++) last = std::max(last, store->volume(i).batch);
+  for (int i = 0; i < atom->nlocal; i++) last = std::max(last, store().volume(i).batch);
   last = reduce_all(last, MPI_MAX, world);
   std::vector<double> to_be(atom->nlocal, 0.0);
   for (int i = 0; i < atom->nlocal; i++) {
-    if (keeps && store->volume(i).is_known())
-      to_be[i] = store->volume(i).batch;
-    else if (takes ? !store->of(i).empty() : is_new(i))
+    if (keeps && store().volume(i).is_known())
+      to_be[i] = store().volume(i).batch;
+    else if (takes ? !store().of(i).empty() : is_new(i))
       to_be[i] = last + 1.0;
   }
   return to_be;
@@ -364,17 +415,17 @@ std::vector<NeighborDensity> VolumeForces::at_rest(const std::vector<double> &to
 {
   std::vector<tagint> partners;
   for (int i = 0; i < atom->nlocal; i++)
-    for (const BondRecord &bond : store->of(i)) partners.push_back((tagint) bond.partner);
+    for (const BondRecord &bond : store().of(i)) partners.push_back((tagint) bond.partner);
   const AtomDirectory directory(lmp, partners, to_be.data());
 
   std::vector<NeighborDensity> sums(atom->nlocal, NeighborDensity{});
   for (int i = 0; i < atom->nlocal; i++)
-    for (const BondRecord &bond : store->of(i)) {
+    for (const BondRecord &bond : store().of(i)) {
       const AtomDirectory::Entry &partner = directory.entries.at((tagint) bond.partner);
       if (partner.type == 0 || partner.value == 0.0 || partner.value > to_be[i]) continue;
-      const Remembered *const kept = store->find_remembered(i, bond.partner);
+      const Remembered *const kept = store().find_remembered(i, bond.partner);
       if (kept && kept->kind == Remembered::JOINED) continue;
-      const double alpha = coefficients->row(atom->type[i], partner.type).alpha;
+      const double alpha = pairs->coefficients().row(atom->type[i], partner.type).alpha;
       if (alpha > 0.0) sums[i].add(bond.deq, reach(alpha) * (atom->radius[i] + partner.radius));
     }
   return sums;
@@ -388,14 +439,14 @@ std::vector<char> VolumeForces::set_references(const std::vector<NeighborDensity
   std::vector<char> is_known(atom->nlocal, 0);
   bigint unknown = 0;
   for (int i = 0; i < atom->nlocal; i++) {
-    VolumeRecord &own = store->volume(i);
+    VolumeRecord &own = store().volume(i);
     is_known[i] = own.batch == to_be[i] && own.is_known();
     if (takes || !is_known[i]) own.at_rest = rest[i];
     if (is_known[i]) continue;
     own.reference = {rest[i], 0.0, 0.0};
     own.batch = rest[i].slope > 0.0 ? to_be[i] : 0.0;
     own.strain = 0.0;
-    unknown += takes && store->has_history() && !store->sphere(i).is_new(store->of(i).size());
+    unknown += takes && store().has_history() && !store().sphere(i).is_new(store().of(i).size());
   }
   set_gaps(is_known);
   unknown = reduce_all(unknown, MPI_SUM, world);
@@ -408,8 +459,11 @@ std::vector<char> VolumeForces::set_references(const std::vector<NeighborDensity
   return is_known;
 }
 
-void VolumeForces::note_bonds_at_rest(const PairLists &lists)
+// before the records are told where deq of the bonds has moved, and which have ended
+void VolumeForces::note_bonds_at_rest()
 {
+  const PairLists &lists = pairs->lists();
+  const std::vector<double> &inv_dlim_of = lists.bonds.columns[inv_dlim].values;
   const int width = columns.n;
   Values sums((size_t) width * lists.nall, 0.0);
   const auto add = [&](const PlacedPair &p, double inv_dlim, Ends ends) {
@@ -425,11 +479,11 @@ void VolumeForces::note_bonds_at_rest(const PairLists &lists)
   EVP::for_each_pair(lists.bonds, scene::rows(atom->x), [&](const PlacedPair &p) {
     if (p.has_joined) return;
     const Ends ends = has_strain(p.i) && has_strain(p.j) ? ends_of_bond(p.i, p.j) : BOTH;
-    add(p, ends == BOTH ? lists.bonds.inv_dlim[p.index] : 1.0 / dlim(p.i, p.j, true), ends);
+    add(p, ends == BOTH ? inv_dlim_of[p.index] : 1.0 / dlim(p.i, p.j, true), ends);
   });
   exchange.reverse_comm(sums);
   for (int i = 0; i < lists.nlocal; i++)
-    store->volume(i).at_rest = {sums[width * (size_t) i], sums[width * (size_t) i + 1]};
+    store().volume(i).at_rest = {sums[width * (size_t) i], sums[width * (size_t) i + 1]};
 }
 
 // Collective. The gap of each atom to the mean of its type, of those that are not at a surface: these have a slope far below
@@ -442,7 +496,7 @@ void VolumeForces::set_gaps(const std::vector<char> &is_known)
   for (int round = 0; round < ROUNDS; round++) {
     std::vector<double> sums(WIDTH * mean.size(), 0.0);
     for (int i = 0; i < atom->nlocal; i++) {
-      const NeighborDensity &own = store->volume(i).at_rest;
+      const NeighborDensity &own = store().volume(i).at_rest;
       if (own.slope == 0.0 || own.slope < SURFACE * mean[atom->type[i]].slope) continue;
       double *const sum = &sums[WIDTH * (size_t) atom->type[i]];
       sum[0] += 1.0;
@@ -455,30 +509,29 @@ void VolumeForces::set_gaps(const std::vector<char> &is_known)
         mean[type] = {sum[1] / sum[0], sum[2] / sum[0]};
   }
   for (int i = 0; i < atom->nlocal; i++) {
-    VolumeReference &own = store->volume(i).reference;
+    VolumeReference &own = store().volume(i).reference;
     if (!is_known[i]) own.gap = std::max(0.0, mean[atom->type[i]].rho - own.own.rho);
   }
 }
 
-void VolumeForces::evaluate(const PairLists &lists, const ParticleView &view)
+void VolumeForces::before_forces(const ParticleView &view)
 {
+  const PairLists &lists = pairs->lists();
+  const std::vector<double> &inv_dlim_of = lists.bonds.columns[inv_dlim].values;
   densities.assign((size_t) columns.n * lists.nall, 0.0);
-  EndingBonds ends;
-  if (ending) {
-    ends.strains = ending->strains;
-    ends.failure = ending->failure;
-    ends.owners = ending->owners;
-  }
-  VolumePasses::add_densities(lists.bonds, lists.bonds.inv_dlim, view, densities_of(BONDED), BOTH,
-                              ending ? &ends : nullptr);
-  VolumePasses::find_active(lists.unbonded, view, others[UNBONDED].now);
+  EndingBonds ends;    // the same as by the forces to come
+  ends.criteria = pairs->ending().criteria;
+  ends.owners = pairs->ending().owners;
+  VolumePasses::add_densities(lists.bonds, inv_dlim_of, view, densities_of(BONDED), BOTH,
+                              bonds_end ? &ends : nullptr);
+  VolumePasses::find_active(unbonded, view, others[UNBONDED].now);
   for (const int later : {OF_LATER_ROW, OF_LATER_PARTNER})
     VolumePasses::find_active(others[later].all, view, others[later].now);
-  find_beside_open(lists);
+  find_beside_open();
   for (Others &some : others)
     VolumePasses::add_densities(some.now, some.now.inv_deq, view, densities_of(some.column),
                                 some.ends);
-  if (ending) add_leaving(lists, ends.found);
+  if (bonds_end) add_leaving(ends.found);
   exchange.reverse_comm(densities);
 
   leaving.clear();
@@ -486,7 +539,7 @@ void VolumeForces::evaluate(const PairLists &lists, const ParticleView &view)
   strains.resize(lists.nlocal);
   energy_here = 0.0;
   for (int i = 0; i < lists.nlocal; i++) {
-    if (ending || any_open)
+    if (bonds_end || any_open)
       if (const auto reference = find_change(i)) leaving.push_back({i, *reference});
     const VolumeState now = state(i);
     strains[i] = now.strain;
@@ -497,13 +550,69 @@ void VolumeForces::evaluate(const PairLists &lists, const ParticleView &view)
     energy_here += now.energy;
   }
   exchange.forward_comm(pulls);
-  on_bonds = {lists.bonds.inv_dlim.data(), pulls_of(BONDED)};
+  on_bonds = {inv_dlim_of.data(), pulls_of(BONDED)};
 }
 
-void VolumeForces::evaluate_aside(const PairLists &lists)
+// pairs that have no other force
+void VolumeForces::for_each_further_list(const EachList &f)
+{
+  for (Others &some : others) {
+    VolumePasses::Forces forces(some.now.inv_deq.data(), pulls_of(some.column), some.ends);
+    f(some.now, forces);
+  }
+}
+
+// Calls f(PlacedPair, does it count as a bond, 1/dlim, sum of -dU/drho of the atoms for which it counts [energy]) for all
+// pairs within their dlim, or zone
+template <class F> void VolumeForces::for_each_pair(F &&f) const
+{
+  const PairList &bonds = pairs->lists().bonds;
+  const auto *const x = pairs->positions();
+  EVP::for_each_pair(bonds, x, [&](const PlacedPair &p) {
+    const double own = bonds.columns[inv_dlim].values[p.index];
+    if (p.distance() * own < 1.0) f(p, true, own, pull(p.i, p.j, BONDED, BOTH));
+  });
+  for (const auto &[list, column, ends] :
+       {std::tuple(&unbonded, PULLING, BOTH),
+        {&others[OF_LATER_ROW].all, BONDED, VolumePasses::ROW},
+        {&others[OF_LATER_PARTNER].all, BONDED, VolumePasses::PARTNER}})
+    EVP::for_each_pair(*list, x, [&, column = column, ends = ends](const PlacedPair &p) {
+      const bool only_pushes = column == PULLING && is_beside_open(p.i, p.j);
+      if (p.distance() * p.inv_deq < 1.0)
+        f(p, column == BONDED, p.inv_deq, pull(p.i, p.j, only_pushes ? PUSHING : column, ends));
+    });
+}
+
+// At other positions than those of the forces: what comes into force, strains and the energy of all atoms stay; the rest is of
+// these positions until the next forces. Its pairs are links already, or become such, without damping. F = -pull 2 t/dlim
+void VolumeForces::add_stiffness(StiffnessMatrix &matrix)
 {
   const auto kept = std::make_tuple(leaving, energy_here, strains);
-  evaluate(lists);
+  before_forces({pairs->positions(), nullptr, nullptr, pairs->lists().nreact});
+  matrix.with_densities = true;
+  for (int i = 0; i < atom->nlocal; i++) matrix.density_stiffness.push_back(state(i).stiffness);
+  std::vector<std::pair<std::pair<int, int>, size_t>> known;
+  for (size_t k = 0; k < matrix.links.size(); k++)
+    known.push_back({{matrix.links[k].i, matrix.links[k].j}, k});
+  std::sort(known.begin(), known.end());
+  matrix.density_links.resize(known.size());
+  for_each_pair([&](const PlacedPair &p, bool bond, double inv_dlim_of, double pull) {
+    if (!matrix.is_free(p.i) && !matrix.is_free(p.j)) return;
+    const std::pair<int, int> pair = {p.i, p.j};
+    const auto found = std::lower_bound(known.begin(), known.end(), std::pair(pair, (size_t) 0));
+    const double d = p.distance();
+    size_t k = matrix.links.size();
+    if (found != known.end() && found->first == pair)
+      k = found->second;
+    else {
+      matrix.links.push_back({p.i, p.j, p.direction(), 0.0, 0.0, 0.0});
+      matrix.density_links.emplace_back();
+    }
+    const double opening = 2.0 * inv_dlim_of * (1.0 - d * inv_dlim_of);
+    matrix.density_links[k] = {opening, 0.0, bond};
+    matrix.links[k].axial += std::max(0.0, -2.0 * pull * inv_dlim_of * inv_dlim_of);
+    matrix.links[k].across += pull * opening / d;
+  });
   std::tie(leaving, energy_here, strains) = kept;
 }
 

@@ -7,6 +7,8 @@
 #include "core/volume/volume_energy.h"
 #include "lammps/base/lammps_names.h"
 #include "lammps/base/scene.h"
+#include "lammps/pairs/effect.h"
+#include "lammps/pairs/pair_data.h"
 
 #include "atom.h"
 
@@ -21,28 +23,16 @@
 namespace EVP {
 
 /// The volume energy of fix evp/volume on this MPI rank, which the pair style adds to its forces.
-class VolumeForces : protected Pointers {
+class VolumeForces final : public Effect, protected Pointers {
  public:
   using Values = PerAtomComm::Values;
 
   VolumeLaw law;
 
-  /// kv: by atom type, from 1 [energy], or empty: those of the rows of the pair style, by set_kv().
+  /// kv: by atom type, from 1 [energy], or empty: those of the rows of the pair style.
   /// The exchange of npulls() and ncolumns() values per atom is that of the fix.
-  VolumeForces(LAMMPS *, const std::string &who, int groupbit, const std::vector<double> &kv,
+  VolumeForces(const Fix *, LAMMPS *, const std::string &who, const std::vector<double> &kv,
                PerAtomComm &);
-
-  /// Of the fix there is, nullptr without, and where it has nothing to do.
-  static std::shared_ptr<VolumeForces> find(const Modify *);
-
-  /// Where these are those of the rows of the pair style.
-  void set_kv(int type, double now)
-  {
-    kv[type] = now;
-    if (!acts()) forget();
-  }
-
-  bool is_of_rows() const { return from_rows; }
 
   /// False where no row of the pair style has a kv: it costs no time then.
   bool acts() const
@@ -56,118 +46,77 @@ class VolumeForces : protected Pointers {
   static int ncolumns(const PairRules &rules) { return Columns(rules).n; }
   static int npulls(const PairRules &rules) { return rules.plastic ? 3 : 2; }
 
-  // what the pairs call
+  // see Effect
 
-  /// Collective. Takes the pairs of a neighbor list, and the references of new bonds. ending: which bonds end.
-  void pack(const NeighList *, PairLists &, BondStore &, const Coefficients &, const PairRules &,
-            const EndingBonds &ending);
-
-  /// Collective. Strains and energies at the present positions.
-  void evaluate(const PairLists &, const ParticleView &);
-
-  void evaluate(const PairLists &lists)
+  void rows_scaled(const Coefficients &) override;
+  bool begin_run(PairData &pair_data) override
   {
-    evaluate(lists, {scene::rows(atom->x), nullptr, nullptr, lists.nreact});
+    pairs = &pair_data;
+    return acts();
+  }
+  bool needs_bonds() const override { return acts(); }
+  bool uses(double Row::*member) const override { return from_rows && member == &Row::kv; }
+  std::string describe() const override;
+
+  /// Takes the pairs, and the references of new bonds.
+  void pairs_packed(const NeighList *, bool is_first) override;
+  bool follows_far_bonds() const override { return true; }
+  void far_bonds_found(const std::vector<FarBond> &) override;
+
+  // which atoms and ghosts are torn open
+  int shared_width(Sharing when) const override { return is_plastic && when != Sharing::PACKED; }
+  void put_shared(Sharing, const ValuesOfAtoms &) const override;
+  void set_shared(Sharing, const ValuesOfAtoms &) override;
+
+  /// Strains and energies at the present positions.
+  void before_forces(const ParticleView &) override;
+  PairConsumer *adds_forces(const PairList &list) override
+  {
+    return list.are_bonds ? &on_bonds : nullptr;
+  }
+  void for_each_further_list(const EachList &) override;
+
+  void bond_ends(const EndingPair &) override;
+  void committed() override;
+  void return_to_records(bool are_due) override
+  {
+    if (are_due) note_bonds_at_rest();
   }
 
-  /// A bond of the list that ends, and is still in it, counts as a pair that was never recorded.
-  void bond_ends(PairLists &, int k);
-
-  /// Collective. The same as evaluate() for one who asks at other positions: what a commit() uses, strains and the energy of
-  /// all atoms stay those of the forces; the rest is of these positions until the next evaluate().
-  void evaluate_aside(const PairLists &);
-
-  /// A bond of eq. 8 of own atom i that is past the end of the neighbor list breaks at the end of the step. Void with the
-  /// next pack().
-  void far_bond_leaves(int i) { far.push_back(i); }
-
-  /// At the end of a step: what evaluate() has found of the references comes into force.
-  void commit();
-
-  // with plasticity, when limits move on and at a packing: which atoms and ghosts are torn open
-
-  enum Openness { CLOSED, IS_OPEN, OPENS };
-
-  /// Of an own atom, by its record. now: do those that are beyond cavitation open now?
-  Openness openness(int i, const VolumeRecord &own, bool now) const
+  double energy() const override { return energy_here; }
+  double force_between(int i, int j, double d, const PackedPair &) const override;
+  void add_stiffness(StiffnessMatrix &) override;
+  const std::vector<double> *values_of_atoms(const std::string &name) const override
   {
-    if (own.reference.is(VolumeReference::OPEN)) return IS_OPEN;
-    return now && own.strain > law.cavitation && kv_of(i) > 0.0 ? OPENS : CLOSED;
-  }
-  /// of(i): Openness of n atoms and ghosts.
-  template <class F> void set_openness(int n, F &&of)
-  {
-    open.resize(n);
-    for (int i = 0; i < n; i++) open[i] = (char) of(i);
-    any_open = std::any_of(open.begin(), open.end(), [](char one) {
-      return one != CLOSED;
-    });
+    return name == "volume_strain" ? &strains : nullptr;
   }
 
-  /// Collective, before the records are told where deq of these bonds has moved, and which have ended.
-  void note_bonds_at_rest(const PairLists &);
+  // for its fix, as of the last forces
 
-  /// Adds the forces of evaluate() to those that bonds have.
-  VolumePasses::Forces on_bonds{nullptr, {nullptr, 0}};
-
-  /// After evaluate(), calls f(list, what adds its forces) for pairs that have no other.
-  template <class F> void for_each_other(F &&f)
-  {
-    for (Others &some : others) {
-      VolumePasses::Forces forces(some.now.inv_deq.data(), pulls_of(some.column), some.ends);
-      f(some.now, forces);
-    }
-  }
-
-  // what others read, as of the last evaluate()
-
-  /// Calls f(PlacedPair, does it count as a bond, 1/dlim, sum of -dU/drho of the atoms for which it counts [energy]) for all
-  /// pairs within their dlim, or zone.
-  template <class F> void for_each_pair(const PairLists &lists, F &&f) const
-  {
-    const auto *const x = scene::rows(atom->x);
-    EVP::for_each_pair(lists.bonds, x, [&](const PlacedPair &p) {
-      const double inv_dlim = lists.bonds.inv_dlim[p.index];
-      if (p.distance() * inv_dlim < 1.0) f(p, true, inv_dlim, pull(p.i, p.j, BONDED, BOTH));
-    });
-    for (const auto &[list, column, ends] :
-         {std::tuple(&lists.unbonded, PULLING, BOTH),
-          {&others[OF_LATER_ROW].all, BONDED, VolumePasses::ROW},
-          {&others[OF_LATER_PARTNER].all, BONDED, VolumePasses::PARTNER}})
-      EVP::for_each_pair(*list, x, [&, column = column, ends = ends](const PlacedPair &p) {
-        const bool only_pushes = column == PULLING && is_beside_open(p.i, p.j);
-        if (p.distance() * p.inv_deq < 1.0)
-          f(p, column == BONDED, p.inv_deq, pull(p.i, p.j, only_pushes ? PUSHING : column, ends));
-      });
-  }
-
-  /// Force of a pair of atoms of a row with this alpha, at this distance [force], positive repels. bond: does it count as one?
-  double force(int i, int j, double d, double alpha, bool bond) const;
-
-  /// Volume strain and energy of a local atom, energy of all of them.
+  /// Volume strain and energy of a local atom.
   double strain(int i) const { return i < (int) strains.size() ? strains[i] : 0.0; }
   bool has_strain(int i) const { return stride * (size_t) i < batches.size() && batch(i) > 0.0; }
   double energy(int i) const { return state(i).energy; }
-  double energy() const { return energy_here; }
-
-  VolumeStiffness stiffness(int i) const { return state(i).stiffness; }
 
   double memory_usage() const
   {
-    double bytes = bytes_of(densities, pulls, batches, strains, open, far, leaving);
+    double bytes =
+        bytes_of(densities, pulls, batches, strains, open, far, leaving) + unbonded.memory_usage();
     for (const Others &some : others) bytes += some.all.memory_usage() + some.now.memory_usage();
     return bytes;
   }
 
  private:
+  const Fix *const fix;
   const std::string who;
-  const int groupbit;
   const bool from_rows;
   std::vector<double> kv;
   PerAtomComm &exchange;
-  // of the last pack(), in the run and as long as its lists hold
-  BondStore *store = nullptr;
-  const Coefficients *coefficients = nullptr;
+  PairData *pairs = nullptr;    // of the run, as long as its lists hold
+  /// Pairs that count as without a bond: never bonded, broken, or joined since; their deq is their dlim.
+  PairList unbonded{false};
+  size_t inv_dlim = 0;                                     // column of the bonds [1/length]
+  VolumePasses::Forces on_bonds{nullptr, {nullptr, 0}};    // as of the last evaluation
 
   using Ends = VolumePasses::Ends;
   static constexpr Ends BOTH = VolumePasses::BOTH;
@@ -220,10 +169,10 @@ class VolumeForces : protected Pointers {
     int i;
     VolumeReference reference;
   };
-  const EndingBonds *ending = nullptr;    // of the pairs; nullptr where none ends before its dlim
-  bool is_plastic = false;                // then a bond leaves at its dlim, without a share
-  std::vector<int> far;                   // atoms with a bond that breaks at the end of the step
-  std::vector<Leaving> leaving;           // as of the last evaluate(), by i
+  bool bonds_end = false;          // before their dlim
+  bool is_plastic = false;         // then a bond leaves at its dlim, without a share
+  std::vector<int> far;            // atoms with a bond that breaks at the end of the step
+  std::vector<Leaving> leaving;    // as of the last evaluate(), by i
 
   // what evaluate() found last
   void forget()
@@ -234,7 +183,7 @@ class VolumeForces : protected Pointers {
   }
 
   // atoms outside the group have no volume energy, but are neighbors of those that do
-  double kv_of(int i) const { return atom->mask[i] & groupbit ? kv[atom->type[i]] : 0.0; }
+  double kv_of(int i) const { return atom->mask[i] & fix->groupbit ? kv[atom->type[i]] : 0.0; }
   DensityNow density(int i) const
   {
     const double *const own = &densities[columns.n * (size_t) i];
@@ -248,6 +197,10 @@ class VolumeForces : protected Pointers {
   {
     return {pulls.data() + column, stride};
   }
+  enum Openness { CLOSED, IS_OPEN, OPENS };
+  // of an own atom. opens: do those that are beyond cavitation open now?
+  Openness openness(int i, bool opens) const;
+  template <class F> void set_openness(int n, F &&of);
   bool is_beside_open(int i, int j) const
   {
     return any_open && (open[i] != CLOSED || open[j] != CLOSED);
@@ -272,22 +225,25 @@ class VolumeForces : protected Pointers {
   bool are_pair(int i, int j, bool is_bond) const
   {
     return has_strain(i) && has_strain(j) &&
-        (is_bond || !in_different_bodies(atom, store->within, i, j));
+        (is_bond || !in_different_bodies(atom, store().within, i, j));
   }
   // pairs that no zone recorded count as little as the bonds that are not there
   double reach(double alpha) const
   {
-    return store->zone > 0.0 ? std::min(store->zone, alpha) : alpha;
+    return store().zone > 0.0 ? std::min(store().zone, alpha) : alpha;
   }
+  BondStore &store() const { return pairs->store(); }
   double dlim(int i, int j, bool is_bond) const;
+  template <class F> void for_each_pair(F &&f) const;
+  void note_bonds_at_rest();
   std::optional<VolumeReference> find_change(int i);
-  void find_beside_open(const PairLists &);
+  void find_beside_open();
   std::vector<char> set_references(const std::vector<NeighborDensity> &rest, bool takes,
                                    const std::vector<double> &to_be);
   void set_gaps(const std::vector<char> &is_known);
-  void fill_gaps(const PairLists &, const std::vector<char> &taken);
+  void fill_gaps(const std::vector<char> &taken);
   static void lose_partners(VolumeRecord &, const NeighborDensity &left);
-  void add_leaving(const PairLists &, const std::vector<int> &ended);
+  void add_leaving(const std::vector<int> &ended);
   std::vector<NeighborDensity> at_rest(const std::vector<double> &to_be) const;
   Others &of_later(int i, int j)
   {

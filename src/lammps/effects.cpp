@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// The effects that rules of the pair style call for, and nothing else.
+
+#include "lammps/plasticity/plasticity.h"
+
+namespace EVP {
+
+std::vector<std::shared_ptr<Effect>> make_effects(PairData &pair_data)
+{
+  std::vector<std::shared_ptr<Effect>> made;
+  if (pair_data.rules().plastic) made.push_back(std::make_shared<Plasticity>(pair_data));
+  return made;
+}
+
+}    // namespace EVP

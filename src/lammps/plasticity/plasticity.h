@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-2.0-only
+#pragma once
+
+#include "lammps/pairs/effect.h"
+#include "lammps/pairs/pair_data.h"
+
+#include <vector>
+
+namespace EVP {
+
+/// Permanent flow ('plasticity isotropic'): deq moves, and spheres harden by their plastic strain. With 'break' bonds fail at a
+/// plastic strain.
+class Plasticity final : public Effect, public FailureCriterion {
+ public:
+  explicit Plasticity(PairData &pair_data) : pairs(pair_data) {}
+
+  void pairs_packed(const NeighList *, bool) override { sums.reset(pairs.lists().nall); }
+
+  bool was_changed() const override { return pairs.store().has_given(); }
+  void begin_update() override { bring_sums_home(); }
+  void update_effect() override;
+
+  int shared_width(Sharing) const override { return 2; }
+  void put_shared(Sharing, const ValuesOfAtoms &) const override;
+  void set_shared(Sharing, const ValuesOfAtoms &) override;
+  const FailureCriterion *failure() const override { return any_fails ? this : nullptr; }
+  bool fails(int i, int j) const override
+  {
+    return 0.5 * (strains[i] + strains[j]) >= pairs.rules().break_strain;
+  }
+
+  void commit() override;
+  void bond_ends(const EndingPair &pair) override { count_end(pair, 1.0); }
+  void contact_joins(const EndingPair &pair) override { count_end(pair, -1.0); }
+  void far_bonds_end(const std::vector<FarBond> &) override;
+  void return_to_records(bool are_due) override;
+
+ private:
+  PairData &pairs;
+  FlowSums sums;
+  std::vector<double> strains;    // of atoms and ghosts, where bonds fail by them
+  std::vector<double> work;       // of own atoms, since the last time
+  bool any_fails = false;
+  bool were_given = false;    // strains, since the last update
+
+  void bring_sums_home();
+  void count_end(const EndingPair &pair, double change)
+  {
+    sums.add(pair.i, pair.j, pairs.lists().nreact, FlowSums::ENDED, change);
+  }
+  void set_limits(bool keeps_below);
+  double keep_below_limit(PairList &, int i, int n, double before);
+};
+
+}    // namespace EVP
