@@ -18,6 +18,8 @@ DECKS = REPOSITORY / "lammps_inputs"
 REFERENCE = REPOSITORY / "tests" / "data" / "reference_500" / "specimen_500.data"  # the paper's specimen
 LMP = pathlib.Path(os.environ.get("EVP_LMP", REPOSITORY / "build" / "lmp")).absolute()
 MPIRUN = shlex.split(os.environ.get("EVP_MPIRUN", "mpirun --oversubscribe --bind-to none"))
+WITHOUT = os.environ.get("EVP_WITHOUT", "").split()  # words of an effect that the plugin lacks: tests/maintain/without.py
+named = []  # scripts of this test that have one of them
 SECONDS = 150  # far above what any run here takes: only a hang gets there
 
 _ENVIRONMENT = {
@@ -95,6 +97,12 @@ class Run(NamedTuple):
         return [line for line in self.stdout.splitlines() if line.startswith("WARNING")]
 
 
+def note_names(script, output):
+    """Keeps a script with a word of the effect that the plugin lacks, or whose run asked for it."""
+    if any(word in script or f"style '{word}'" in output for word in WITHOUT):
+        named.append(script)
+
+
 def run_lammps(deck, ranks=1, variables=None, cwd=None, seconds=SECONDS, flags=()):
     """Run a deck (path, or name in lammps_inputs) or the text of one (more than one line), in folder cwd."""
     cwd = pathlib.Path(cwd)
@@ -116,6 +124,7 @@ def run_lammps(deck, ranks=1, variables=None, cwd=None, seconds=SECONDS, flags=(
         os.killpg(process.pid, signal.SIGKILL)
         process.wait()
         raise
+    note_names(str(deck), output)
     return Run(0 if ended_well(process.returncode, output) else process.returncode, output, cwd)
 
 

@@ -8,7 +8,7 @@ import subprocess
 import sys
 
 from inputs import cache_entry
-from lammps_run import _ENVIRONMENT, LMP, MPIRUN, REPOSITORY, SECONDS, Run
+from lammps_run import _ENVIRONMENT, LMP, MPIRUN, REPOSITORY, SECONDS, Run, note_names
 
 SHOWN = 99  # characters of a message that LAMMPS' Python module hands on
 
@@ -97,6 +97,7 @@ def _run(text, ranks, folder, **environment):
     libraries = of_the_wrapper("libdir") + ":" + os.environ.get("LD_LIBRARY_PATH", "")
     done = subprocess.run([*launcher, sys.executable, "program.py"], cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                           env={**os.environ, **_ENVIRONMENT, "LD_LIBRARY_PATH": libraries, **environment}, text=True, errors="replace", timeout=SECONDS, check=False)
+    note_names(text, done.stdout)
     return Run(done.returncode, done.stdout, folder)
 
 
