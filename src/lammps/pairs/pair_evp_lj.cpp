@@ -98,11 +98,6 @@ void PairEVPLJ::allocate()
 //   [break none|XI] [update N]
 void PairEVPLJ::settings(int narg, char **arg)
 {
-  for (int k = 0; k < narg; k += 2)
-    if (strcmp(arg[k], "unload") == 0)
-      error->all(FLERR,
-                 "Pair style evp/lj: 'unload' was replaced: use 'plasticity none' (the paper's "
-                 "law, which is reversible) or 'plasticity isotropic' (permanent flow)");
   PairRules chosen;
   std::vector<char *> words(arg, arg + narg);
   for (int k = 0; k + 2 < (int) words.size(); k += 2) {    // of contact join: a number, and all
