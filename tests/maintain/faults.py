@@ -107,7 +107,7 @@ FAULTS = {
     "NO_IMPLICIT": Fault("no implicit damping", ["hold at constant strain"],
                          "lammps/pairs/pair_data.h", "return any_gamma && implicit_groupbit;", "return false;"),
     "NULL_IS_PRESCRIBED": Fault("NULL components of fix move enter as prescribed", ["null component"],
-                                "lammps/damping/fix_nve_evp.cpp", "null_moves.push_back(other);\n      others_groupbits |= other->groupbit;", "null_moves.push_back(other);"),
+                                "lammps/damping/fix_nve_evp.cpp", "    others_groupbits |= move->groupbit;\n", ""),
     "NO_IMAGE_VELOCITIES": Fault("remap v: velocities of periodic images not corrected in implicit damping", ["sheared box"],
                                  "lammps/damping/damping_solver.cpp", "ghosts.forward_comm_velocities(velocities)", "ghosts.forward_comm(velocities)"),
     "NO_WRAPPED_ENERGY": Fault("remap v: kinetic energy of wrapped atoms not in the energy balance", ["sheared box"],

@@ -11,6 +11,8 @@
 
 #include <array>
 #include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace LAMMPS_NS {
@@ -78,8 +80,8 @@ class FixNVEEVP : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, std::array<
 
  private:
   EVP::PairData *pair_data = nullptr;
-  int others_groupbits = 0;               // groups of the other fixes that move atoms by forces
-  std::vector<const Fix *> null_moves;    // those of style move with a component NULL
+  int others_groupbits = 0;    // groups of the other fixes that move atoms by forces
+  std::vector<std::pair<const Fix *, std::string>> null_moves;    // of style move; components NULL
   bool forces_follow = false;       // fixes defined later add forces, at set-up after its solve
   std::weak_ptr<EVP::Heat> heat;    // of fix evp/heat, which may go between runs
   bool balance_wanted = false;    // fixes evp/energy and evp/heat ask for the power of the dampers
@@ -100,7 +102,6 @@ class FixNVEEVP : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, std::array<
 
   bool in_group(int i) const { return atom->mask[i] & groupbit; }
   void check_groups() const;
-  std::string null_components(const Fix *move) const;
   void find_null_moves();
   void stop_at_integrated(int i) const;
   void collect_dampers();
