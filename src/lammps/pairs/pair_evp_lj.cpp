@@ -2,10 +2,10 @@
 
 #include "lammps/pairs/pair_evp_lj.h"
 
-#include "core/base/seal.h"
 #include "core/law/files.h"
 #include "core/pairs/pair_block.h"
 #include "lammps/base/per_atom.h"
+#include "lammps/base/restart_file.h"
 #include "lammps/base/scene.h"
 #include "lammps/base/user_input.h"
 
@@ -387,11 +387,8 @@ void PairEVPLJ::read_together(FILE *fp, std::vector<double> &words, size_t n) co
 
 void PairEVPLJ::stop_at_damage(const std::string &where) const
 {
-  error->all(
-      FLERR,
-      "Pair evp/lj: the restart file is damaged in the {}, or from a version of this package "
-      "that wrote another format: use an older restart file, or that version",
-      where);
+  restart_file::stop_at_damaged_section(error,
+                                        "Pair evp/lj: the restart file is damaged in the " + where);
 }
 
 void PairEVPLJ::read_restart(FILE *fp)
