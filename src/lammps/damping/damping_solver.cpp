@@ -93,8 +93,7 @@ int DampingSolver::solve(double h_in, int groupbit, const Values &prescribed, Va
     if (meets_tolerance()) break;
     if (pass < MOST_PASSES || passes_warned) continue;
     const double worst = reduce_all(cg.worst(), MPI_MAX, world);
-    passes_warned = worst > FAR_ABOVE;
-    if (!passes_warned || comm->me) continue;
+    if (!(worst > FAR_ABOVE) || std::exchange(passes_warned, true) || comm->me) continue;
     error->warning(FLERR,
                    "{}: the damping of pairs that rotate within a step is far above its tolerance "
                    "after {} passes (residual {:.3g} of it), at step {} with timestep {:.6g}: "

@@ -242,9 +242,7 @@ double FixNVEEVP::power_of_box() const
 void FixNVEEVP::warn_of_rotation()
 {
   const double angle = solver.largest_rotation();
-  if (rotation_warned || angle <= 1.01 * LARGEST_ROTATION) return;
-  rotation_warned = true;
-  if (comm->me) return;
+  if (angle <= 1.01 * LARGEST_ROTATION || std::exchange(rotation_warned, true) || comm->me) return;
   error->warning(
       FLERR,
       "{}: damped pairs rotated by more than {} rad per step, {:.3g} rad before step {}, which the "

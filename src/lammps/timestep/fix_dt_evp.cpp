@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 using namespace LAMMPS_NS;
 using namespace EVP;
@@ -58,7 +59,7 @@ void FixDtEVP::init()
                  "{}: fix {} of style {} sets the timestep too, or cannot follow a changing one: "
                  "use one fix dt/evp, and drive atoms by 'velocity set' and fix nve/noforce",
                  who, other->id, other->style);
-  displacement_reported = rotation_reported = false;
+  displacement_warned = rotation_warned = false;
 }
 
 // by the row sums, where they prove the timestep stable that is taken: eigenvalues cost many times as much
@@ -112,31 +113,29 @@ void FixDtEVP::report_limit(double dt)
 {
   const bool rotates = limit == ROTATION;
   if (!rotates && (limit != DISPLACEMENT || !is_resolved())) return;
-  bool &reported = rotates ? rotation_reported : displacement_reported;
+  bool &warned = rotates ? rotation_warned : displacement_warned;
+  if (std::exchange(warned, true) || comm->me) return;
   const FastestPair &pair = rotates ? turning : opening;
-  if (!reported && comm->me == 0)
-    error->warning(FLERR,
-                   "{}: from step {} on the {} of pairs limits the timestep, now {:.4g} for atoms "
-                   "{} and {}, {:.3g} of what stability allows: {}",
-                   who, update->ntimestep, rotates ? "rotation" : "displacement", dt,
-                   (bigint) pair.id_i, (bigint) pair.id_j, dt / (fraction * stable_dt),
-                   rotates ? "fix nve/evp needs this where it damps pairs that rotate"
-                           : "the energy balance needs this after rupture and in impacts; a "
-                             "quasi-static load does not: omit 'displacement' there");
-  reported = true;
+  error->warning(FLERR,
+                 "{}: from step {} on the {} of pairs limits the timestep, now {:.4g} for atoms "
+                 "{} and {}, {:.3g} of what stability allows: {}",
+                 who, update->ntimestep, rotates ? "rotation" : "displacement", dt,
+                 (bigint) pair.id_i, (bigint) pair.id_j, dt / (fraction * stable_dt),
+                 rotates ? "fix nve/evp needs this where it damps pairs that rotate"
+                         : "the energy balance needs this after rupture and in impacts; a "
+                           "quasi-static load does not: omit 'displacement' there");
 }
 
 void FixDtEVP::warn_of_displacement(double dt)
 {
-  if (!displacement_reported && comm->me == 0)
-    error->warning(FLERR,
-                   "{}: at step {} the distance of atoms {} and {} changes by {:.3g} times their "
-                   "threshold strain per timestep: a few such pairs do not matter in a "
-                   "quasi-static load, but after rupture and in impacts they heat the body: add "
-                   "'displacement 0.1' there, or check the energy balance by fix evp/energy",
-                   who, update->ntimestep, (bigint) opening.id_i, (bigint) opening.id_j,
-                   PASSES * dt / opening.dt);
-  displacement_reported = true;
+  if (std::exchange(displacement_warned, true) || comm->me) return;
+  error->warning(FLERR,
+                 "{}: at step {} the distance of atoms {} and {} changes by {:.3g} times their "
+                 "threshold strain per timestep: a few such pairs do not matter in a "
+                 "quasi-static load, but after rupture and in impacts they heat the body: add "
+                 "'displacement 0.1' there, or check the energy balance by fix evp/energy",
+                 who, update->ntimestep, (bigint) opening.id_i, (bigint) opening.id_j,
+                 PASSES * dt / opening.dt);
 }
 
 // Sets opening: |u.(v_i - v_j)| dt <= share xi_s deq, over the pairs that interact or can until the next

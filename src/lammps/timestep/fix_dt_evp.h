@@ -60,7 +60,7 @@ class FixDtEVP : public EVP::WithPerAtomComm<Fix> {
   double last_ratio = 0.0, last_bound = 0.0;
   FastestPair opening = {NO_LIMIT, 0.0, 0.0}, turning = opening;    // along and across its axis
   Limit limit = NOTHING;
-  bool displacement_reported = false, rotation_reported = false;
+  bool displacement_warned = false, rotation_warned = false;
 
   bool is_resolved() const { return displacement < NO_LIMIT; }
   double find_stable_dt();
