@@ -161,15 +161,13 @@ class StiffnessMatrix {
       const double xy = std::fabs(beside[0]), xz = std::fabs(beside[1]), yz = std::fabs(beside[2]);
       const double rows[] = {std::fabs(own[0]) + xy + xz, std::fabs(own[1]) + xy + yz,
                              std::fabs(own[2]) + xz + yz};
-      const auto add = [&](int i, int j) {
+      for_each_end(link.i, link.j, nreact, [&](int i, int j) {
         for (int c = 0; c < 3; c++) {
           diagonal[(size_t) 3 * i + c] += own[c];
           off[(size_t) 3 * i + c] += beside[c];
           if (is_free(j)) partners[(size_t) 3 * i + c] += rows[c];
         }
-      };
-      add(link.i, link.j);
-      if (link.j < nreact) add(link.j, link.i);
+      });
     }
     for (std::vector<double> *values : {&diagonal, &off, &partners}) exchange.reverse_comm(*values);
 
@@ -239,14 +237,12 @@ class StiffnessMatrix {
   template <class Share> void find_pulls(double weight, Share &&share)
   {
     change.assign(3 * inverse_mass.size(), 0.0);
-    const auto add = [this](int i, bool is_bond, double value) {
-      change[(size_t) 3 * i] += value;
-      if (is_bond) change[(size_t) 3 * i + 1] += value;
-    };
     for (size_t k = 0; k < links.size(); k++) {
       const double value = share(k);
-      add(links[k].i, volume_links[k].is_bond, value);
-      if (links[k].j < nreact) add(links[k].j, volume_links[k].is_bond, value);
+      for_each_end(links[k].i, links[k].j, nreact, [&](int i, int) {
+        change[(size_t) 3 * i] += value;
+        if (volume_links[k].is_bond) change[(size_t) 3 * i + 1] += value;
+      });
     }
     exchange.reverse_comm(change);
     for (size_t i = 0; i < volume_stiffness.size(); i++) {
