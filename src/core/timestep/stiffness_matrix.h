@@ -102,7 +102,7 @@ class StiffnessMatrix {
 
   /// The part of a link in the volume energy.
   struct VolumeLink {
-    double opening = 0.0;         ///< of minus the density of i and j by the length [1/length]
+    double slope = 0.0;           ///< of minus the density of i and j by the length [1/length]
     double above_volume = 0.0;    ///< all together no softer than the volume energy [force/length]
     bool is_bond = true;          ///< does that density count as bonded?
   };
@@ -186,10 +186,10 @@ class StiffnessMatrix {
   void find_springs_above_volume()
   {
     find_pulls(1.0, [this](size_t k) {
-      return volume_links[k].opening;
+      return volume_links[k].slope;
     });
     for (size_t k = 0; k < links.size(); k++)
-      volume_links[k].above_volume = volume_links[k].opening * pull(k);
+      volume_links[k].above_volume = volume_links[k].slope * pull(k);
   }
 
   double memory_usage() const
@@ -265,11 +265,11 @@ class StiffnessMatrix {
   {
     find_pulls(weight, [this](size_t k) {
       const Link &link = links[k];
-      return volume_links[k].opening *
+      return volume_links[k].slope *
           dot(link.u, vector_of(motion, link.i) - vector_of(motion, link.j));
     });
     for (size_t k = 0; k < links.size(); k++)
-      react(links[k], links[k].u * (volume_links[k].opening * pull(k)));
+      react(links[k], links[k].u * (volume_links[k].slope * pull(k)));
   }
 
   void react(const Link &link, const Vector &force)

@@ -70,8 +70,8 @@ void FixNVEEVP::init()
   heat = scene::find_shared<Heat>(modify);
   balance_wanted = scene::find_fix(modify, "evp/energy") || heat.lock();
   rotation_warned = false;
-  solver.forget();
-  dampers.forget();    // another pair style may have come to the same count of builds
+  solver.reset();
+  dampers.reset();    // another pair style may have come to the same count of builds
   last_iterations = most_iterations = 0;
   all_iterations = solves = 0;
 }
@@ -117,7 +117,7 @@ void FixNVEEVP::find_null_moves()
   }
 }
 
-// Atoms hold the velocity of the full step: half of the kick is still to come.
+// atom->v is that of the full step: half of the kick is still to come.
 void FixNVEEVP::setup(int vflag)
 {
   vflag_now = vflag;
@@ -142,7 +142,7 @@ void FixNVEEVP::initial_integrate(int /*vflag*/)
       for (int c = 0; c < 3; c++) atom->x[i][c] += update->dt * atom->v[i][c];
 }
 
-// Atoms hold v-: solve for v+, and leave them half way between.
+// atom->v is v-: solves for v+, and sets it to the mean of both.
 void FixNVEEVP::final_integrate()
 {
   collect_dampers();
@@ -167,7 +167,7 @@ void FixNVEEVP::collect_dampers()
     solver.find_bodies(*pair_data, groupbit);
   }
   // a bond that ends moves the numbers of pairs on its rank: both copies of a pair must start from one force
-  if (pair_data->rules.has_history() && on_any(!dampers.are_of(list), world)) dampers.forget();
+  if (pair_data->rules.has_history() && on_any(!dampers.are_of(list), world)) dampers.reset();
   dampers.collect(list, scene::rows(atom->x), gamma_of);
   if (!others_groupbits) return;
 
@@ -211,7 +211,7 @@ template <class F> void FixNVEEVP::for_each_mean_velocity(double dt, F &&f) cons
   }
 }
 
-// Separation rates over the last timestep dt, or now with dt = 0, from the velocities that atoms hold.
+// Separation rates over the last timestep dt, or now with dt = 0, from atom->v.
 void FixNVEEVP::find_rates(double dt)
 {
   if (!pair_data->damps_implicitly()) return;

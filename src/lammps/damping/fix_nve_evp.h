@@ -23,7 +23,7 @@ namespace LAMMPS_NS {
 /// Each damper sees the separation rate of the whole step, (|r + dt v+| - |r|)/dt = u.v+ + rotation (see
 /// EVP::separation_rate): where a pair rotates without strain, u.v+ along its old direction u is not zero.
 ///
-/// Between steps atoms hold v = (v- + v+)/2, and f holds F plus the damping force that took v- to v+,
+/// Between steps atom->v is (v- + v+)/2, and atom->f is F plus the damping force that took v- to v+,
 /// so that both half kicks are those of plain leapfrog and other fixes read the whole force.
 /// The records are unwrapped positions at the last solve, where a fix move may turn or accelerate atoms.
 class FixNVEEVP : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, std::array<double, 3>> {
@@ -47,11 +47,11 @@ class FixNVEEVP : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, std::array<
   void min_setup(int vflag) override { v_init(vflag); }
   void min_post_force(int vflag) override { v_init(vflag); }
 
-  /// Damping force that f holds now [force], three values per local atom; empty without damping.
+  /// Damping force that is in f now [force], three values per local atom; empty without damping.
   const std::vector<double> &applied_damping() const { return applied; }
 
-  /// Power that the dampers of this MPI rank take [energy/time], in the mean over the half step before
-  /// the present positions, or after them; pairs that another rank holds too count by half. Known where
+  /// Power dissipated by the dampers of this MPI rank [energy/time], in the mean over the half step before
+  /// the present positions, or after them; pairs that another rank has too count by half. Known where
   /// a fix evp/energy is defined.
   double power_before() const { return dampers.power(false); }
   double power_after() const { return dampers.power(true); }
@@ -93,7 +93,7 @@ class FixNVEEVP : public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, std::array<
   Values velocities;          // with ghosts: mean ones over the last step; where balance_wanted
   Values image_velocities;    // of periodic images against their owners; where balance_wanted
   Values prescribed;          // velocities after the step, used outside the group
-  Values applied;    // damping force that f holds, from one solve to the kick after it; or empty
+  Values applied;             // damping force in f, from one solve to the kick after it; or empty
   double dt_applied = 0.0;    // timestep that it was solved for, 0 if it must be solved anew
   int vflag_now = 0;
 

@@ -63,14 +63,14 @@ bool FixEVPEnergy::others_act() const
 void FixEVPEnergy::setup(int /*vflag*/)
 {
   if (update->whichflag != 1) return;
-  bring_forces_home();
+  reverse_comm_forces();
   if (box.acts) {
     const double done = box.begin(domain);
     if (started) now.works.box += done;
   }
   now.instant = instant_here();
   // flow that is due is in no deq yet, and the stored energies are those after it: what it will
-  // dissipate in the first step, pairs still hold
+  // dissipate in the first step, is still stored in the pairs
   now.instant.pairs.elastic += now.instant.pairs.plastic;
   summed_step = -1;
   if (!started) start = over_all_ranks(now).instant;
@@ -79,7 +79,7 @@ void FixEVPEnergy::setup(int /*vflag*/)
 }
 
 // of the forces since the last call; there are none where rerun ends its step right after set-up
-void FixEVPEnergy::bring_forces_home()
+void FixEVPEnergy::reverse_comm_forces()
 {
   if (!work->claim()) return;
   if (!work->force.empty()) reverse_comm(work->force);
@@ -204,15 +204,15 @@ void FixEVPEnergy::pre_exchange()
 
 void FixEVPEnergy::pre_neighbor()
 {
-  if (box.acts) box.note_flip(domain);
-  note_images();
+  if (box.acts) box.set_edges(domain);
+  set_images();
 }
 
 // atoms have been wrapped, which changes their velocity, and ghosts are those of the forces to come
-void FixEVPEnergy::note_images()
+void FixEVPEnergy::set_images()
 {
   if (!box.acts) return;
-  box.note_wrapped(kinetic_here());
+  box.add_wrapped(kinetic_here());
   work->images.assign((size_t) 3 * (atom->nlocal + atom->nghost), 0.0);
   forward_comm_images(work->images, COUNT_OF_BOXES.data());
 }
@@ -220,7 +220,7 @@ void FixEVPEnergy::note_images()
 void FixEVPEnergy::end_of_step()
 {
   if (bonds) bonds->end_of_step();    // whichever comes first
-  bring_forces_home();
+  reverse_comm_forces();
   now.instant = instant_here();
   const Works step = works_of_step();
   now.works.dissipated += step.dissipated;
@@ -231,8 +231,8 @@ void FixEVPEnergy::end_of_step()
   summed_step = -1;
 }
 
-// Collective, where someone asks: of all MPI ranks, at the end of the last step. What damping gives back where a velocity turns
-// within a step is deducted from what it takes next
+// Collective, where someone asks: of all MPI ranks, at the end of the last step. Where a velocity changes its sign within a
+// step, the power of its damping may be negative: DISSIPATED waits until the sum has grown beyond it
 void FixEVPEnergy::sum_up()
 {
   if (summed_step == update->ntimestep) return;
@@ -255,7 +255,7 @@ void FixEVPEnergy::sum_up()
 
 // f_ID: energy imbalance. f_ID[1..13], changes since the start: kinetic, stored in bonds up to xi_s
 // and above it, spent on lost bonds, new contacts; dissipated by gamma; work on prescribed atoms, of all
-// other forces; dissipated by flow, 0, held by bonds that ended, volume energy; work of
+// other forces; dissipated by flow, 0, lost with bonds that ended, volume energy; work of
 // a box that deforms
 double FixEVPEnergy::compute_scalar()
 {
@@ -273,7 +273,7 @@ double FixEVPEnergy::compute_vector(int n)
   return entries[n];
 }
 
-// an atom that comes during a run brings no work with it
+// no work is done on an atom before it comes
 void FixEVPEnergy::set_arrays(int i)
 {
   records[i] = {};

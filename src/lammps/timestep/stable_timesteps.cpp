@@ -27,14 +27,14 @@ void StableTimesteps::linearise(const PairData &pair_data, const FreeAtoms &free
 {
   stiffest = -1.0;
   all_converged = true;
-  note_atoms(free);
+  set_atoms(free);
   linear.with_volume = pair_data.volume() != nullptr;
   linear.nreact = pair_data.packed_pairs().nreact;
-  note_pairs(pair_data);
+  set_pairs(pair_data);
   if (VolumeForces *const volume = pair_data.volume()) {    // atoms may have moved since the forces
     const PairLists &lists = pair_data.packed_pairs();
     volume->evaluate_aside(lists);
-    note_volume(*volume, lists);
+    add_volume(*volume, lists);
     linear.find_springs_above_volume();
   }
   least_damping = NO_LIMIT;
@@ -52,7 +52,7 @@ void StableTimesteps::linearise(const PairData &pair_data, const FreeAtoms &free
   any_undamped = on_any(undamped, world);
 }
 
-void StableTimesteps::note_atoms(const FreeAtoms &free)
+void StableTimesteps::set_atoms(const FreeAtoms &free)
 {
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
   linear.inverse_mass.assign(nall, 0.0);
@@ -68,7 +68,7 @@ void StableTimesteps::note_atoms(const FreeAtoms &free)
     }
 }
 
-void StableTimesteps::note_pairs(const PairData &pair_data)
+void StableTimesteps::set_pairs(const PairData &pair_data)
 {
   linear.links.clear();
   linear.volume_links.clear();
@@ -85,31 +85,32 @@ void StableTimesteps::note_pairs(const PairData &pair_data)
   });
 }
 
-// Its pairs are links already, or become such, without damping. F = -pull 2 t/dlim
-void StableTimesteps::note_volume(const VolumeForces &volume, const PairLists &lists)
+// Pairs that are no links yet become such, without damping. F = -pull 2 t/dlim
+void StableTimesteps::add_volume(const VolumeForces &volume, const PairLists &lists)
 {
   for (int i = 0; i < atom->nlocal; i++) linear.volume_stiffness.push_back(volume.stiffness(i));
-  std::vector<std::pair<std::pair<int, int>, size_t>> known;
+  std::vector<std::pair<std::pair<int, int>, size_t>> by_pair;
   for (size_t k = 0; k < linear.links.size(); k++)
-    known.push_back({{linear.links[k].i, linear.links[k].j}, k});
-  std::sort(known.begin(), known.end());
-  linear.volume_links.resize(known.size());
+    by_pair.push_back({{linear.links[k].i, linear.links[k].j}, k});
+  std::sort(by_pair.begin(), by_pair.end());
+  linear.volume_links.resize(by_pair.size());
   volume.for_each_pair(lists, [&](const PlacedPair &p, bool bond, double inv_dlim, double pull) {
     if (!linear.is_free(p.i) && !linear.is_free(p.j)) return;
     const std::pair<int, int> pair = {p.i, p.j};
-    const auto found = std::lower_bound(known.begin(), known.end(), std::pair(pair, (size_t) 0));
+    const auto found =
+        std::lower_bound(by_pair.begin(), by_pair.end(), std::pair(pair, (size_t) 0));
     const double d = p.distance();
     size_t k = linear.links.size();
-    if (found != known.end() && found->first == pair)
+    if (found != by_pair.end() && found->first == pair)
       k = found->second;
     else {
       linear.links.push_back({p.i, p.j, p.direction(), 0.0, 0.0, 0.0});
       linear.volume_links.emplace_back();
     }
-    const double opening = 2.0 * inv_dlim * (1.0 - d * inv_dlim);
-    linear.volume_links[k] = {opening, 0.0, bond};
+    const double slope = 2.0 * inv_dlim * (1.0 - d * inv_dlim);
+    linear.volume_links[k] = {slope, 0.0, bond};
     linear.links[k].axial += std::max(0.0, -2.0 * pull * inv_dlim * inv_dlim);
-    linear.links[k].across += pull * opening / d;
+    linear.links[k].across += pull * slope / d;
   });
 }
 

@@ -68,9 +68,9 @@ class StableTimesteps : protected Pointers {
   static double root_of(double a, double b);
   double highest_row_sum(const StiffnessMatrix::Mix &) const;
   double implicit_dt(double lambda_axial, double lambda_rest, double undamped) const;
-  void note_atoms(const FreeAtoms &);
-  void note_pairs(const PairData &);
-  void note_volume(const VolumeForces &, const PairLists &);
+  void set_atoms(const FreeAtoms &);
+  void set_pairs(const PairData &);
+  void add_volume(const VolumeForces &, const PairLists &);
   double largest_eigenvalue(const StiffnessMatrix::Mix &);
   double lambda_k();
 };
