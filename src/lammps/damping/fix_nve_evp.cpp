@@ -53,7 +53,7 @@ void FixNVEEVP::init()
   others_groupbits = 0;
   forces_follow = false;
   bool after_this = false;
-  bool path = false;    // that may turn: velocities over the step to come are not those at present
+  bool any_move = false;    // along a curve: mean velocities over a step are not those at its end
   for (int k = 0; k < modify->nfix; k++) {
     const Fix *other = modify->fix[k];
     if (other == this) {
@@ -61,12 +61,12 @@ void FixNVEEVP::init()
       continue;
     }
     if (after_this && (modify->fmask[k] & FixConst::POST_FORCE)) forces_follow = true;
-    path = path || strcmp(other->style, "move") == 0;
+    any_move = any_move || strcmp(other->style, "move") == 0;
     if (scene::integrates_atoms(other)) others_groupbits |= other->groupbit;
   }
   check_groups();
   positions_known = false;
-  if (path && !keeps_records()) keep_records();
+  if (any_move && !keeps_records()) keep_records();
   heat = scene::find_shared<Heat>(modify);
   balance_wanted = scene::find_fix(modify, "evp/energy") || heat.lock();
   rotation_warned = false;

@@ -132,7 +132,7 @@ FixEVPEnergy::Totals FixEVPEnergy::over_all_ranks(Totals totals) const
   return totals;
 }
 
-// of the step that ends, on this MPI rank; puts the records on to the positions where the next one begins
+// of the step that ends, on this MPI rank; sets the records to the positions where the next one begins
 FixEVPEnergy::Works FixEVPEnergy::works_of_step()
 {
   double dissipated = 0.0, damped = 0.0, prescribed = 0.0, others = 0.0;

@@ -62,7 +62,7 @@ void FixDtEVP::init()
   displacement_warned = rotation_warned = false;
 }
 
-// by the row sums, where they prove the timestep stable that is taken: eigenvalues cost many times as much
+// by the row sums, where they prove the timestep stable: eigenvalues cost many times as much
 double FixDtEVP::find_stable_dt()
 {
   limits.linearise(*PairData::require_present(force, error, who), {groupbit});
@@ -108,7 +108,6 @@ void FixDtEVP::set_dt(bool at_setup)
   if (dt != update->dt) change_dt(dt);
 }
 
-// once in a run each
 void FixDtEVP::report_limit(double dt)
 {
   const bool rotates = limit == ROTATION;
@@ -186,7 +185,7 @@ bool FixDtEVP::find_fastest(double dt)
   return meets;
 }
 
-// all that LAMMPS tells of a new timestep, as the timestep command does
+// as the timestep command does
 void FixDtEVP::change_dt(double dt)
 {
   update->update_time();
