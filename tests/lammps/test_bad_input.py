@@ -67,7 +67,7 @@ WORDS = {
         ("contact join 1.45 plasticity isotropic", "contact join 1.45 needs an alpha above 1.522"),
         ("contact", "Pair style evp/lj: keyword contact needs a value"), ("CONTACT none", "unknown keyword 'CONTACT'; it takes contact and overlap"),
         ("overlap nan", f"Pair style evp/lj: overlap {NUMBER} 'nan'"), ("overlap 0", "overlap must lie in (0, 1]"), ("overlap 1.1", "overlap must lie in (0, 1]"),
-        ("overlap 0.3 0.4", "unknown keyword '0.4'"), ("unload elastic", "plasticity isotropic"), ("plasticity", "keyword plasticity needs a value"),
+        ("overlap 0.3 0.4", "unknown keyword '0.4'"), ("plasticity", "keyword plasticity needs a value"),
         ("plasticity plastic", "plasticity must be none"), ("plasticity isotropic", "contact literal"), ("break", "keyword break needs a value"),
         *((f"break {word}", "break must be none or a positive strain, at which bonds break for good: of a bond, or with plasticity the plastic strain") for word in ("0", "-1", "-0.0")),
         ("break 5%", f"break {NUMBER} '5%'"), ("break None", f"break {NUMBER} 'None'"),
@@ -90,7 +90,6 @@ WORDS = {
     COEFF + ROW + " {}": ("coeff", [
         ("pitch 1", "unknown keyword 'pitch' of a row"), ("kv 1 density 2700 kv 1", "Pair evp/lj: keyword kv of a row is given twice: leave one out"),
         ("spacing 1", "spacing and coordination are given together"),
-        ("saturation 0.1", "keyword saturation of a row is gone: how far bonds hold is a table now, flow p0 Y0 p1 Y1 ..."),
         *((f"flow {points}", f"flow needs 1 to 32 points of two numbers, plastic strain and limit over xi_s, got {count} numbers")
           for points, count in (("", 0), ("0 1 0.1", 3), ("0 1 0.1 x", 3), (66 * "1 ", 66))), ("flow 0 1 x", "unknown keyword 'x' of a row"),
         ("flow 0 2", "flow must begin with 0 1 (the limit xi_s at no plastic strain), got 0 2"), ("flow 0 1 0.1 1 0.1 2", "plastic strains of flow must ascend, got 0.1 after 0.1"),

@@ -163,7 +163,6 @@ TEST(ParseRow, RefusesWhatIsNoRow)
       {TABLE1 + " spacing 1", together},
       {TABLE1 + " coordination 1 kv 4", together},
       {TABLE1 + " kv -1", "kv must lie between 0 and 1e100", "got -1"},
-      {TABLE1 + " saturation 1", "saturation of a row is gone", "flow p0 Y0 p1 Y1"},
       {TABLE1 + " flow", "flow needs 1 to 32 points", "got 0 numbers"},
       {TABLE1 + " flow 0 1 0.1", "got 3 numbers"},
       {TABLE1 + " flow" + many, "got 66 numbers"},

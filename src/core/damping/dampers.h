@@ -29,7 +29,7 @@ inline double separation_rate(double along, double speed_sq, double half_step, d
 ///
 /// With w = sqrt(gamma) u, a rate is sqrt(gamma) times the mean speed at which a pair separates over a
 /// timestep: w.v and what rotation adds, v the relative velocity at its end. The dashpot pulls at i with
-/// -rate w, so that C is the sum of w w^T, and takes the power rate^2. Velocities and forces: three
+/// -rate w, so that C is the sum of w w^T, and dissipates the power rate^2. Velocities and forces: three
 /// values per atom and ghost.
 class Dampers {
  public:
@@ -43,8 +43,8 @@ class Dampers {
 
   void clear() { rows.clear(); }
 
-  /// Forces and rotation of the last timestep are dropped, as they are where the list was built anew.
-  void forget() { last_build = -1; }
+  /// Drops forces and rotation of the last timestep, as where the list was built anew.
+  void reset() { last_build = -1; }
   bool are_of(const PairLists &list) const { return list.build == last_build; }
 
   /// The damped pairs within their cutoffs. gamma_of(pair): 0 where it has no dashpot.
@@ -81,7 +81,7 @@ class Dampers {
       for (int k = row.first; k < row.last; k++) f(row.i, dampers[k], last_force[dampers[k].pair]);
   }
 
-  /// Part of a pair that this rank holds: without newton both owners of a pair across ranks hold it.
+  /// Part of a pair that counts on this rank: without newton both owners of a pair across ranks have it.
   double share(const Damper &damper) const { return rank_share(damper.j, nreact); }
   bool takes_reaction(const Damper &damper) const { return damper.j < nreact; }
 
@@ -166,13 +166,13 @@ class Dampers {
       rate_now[k] = 0.5 * (rate_before[k] - last_force[dampers[k].pair]);
   }
 
-  /// Power that the forces take in the mean over half a timestep, before the present positions or after
+  /// Power that is dissipated in the mean over half a timestep, before the present positions or after
   /// them [energy/time]. Requires find_rates() for these dashpots.
   double power(bool after) const
   {
     double sum = 0.0;
-    for_each_power(after, [&](int, const Damper &damper, double taken) {
-      sum += share(damper) * taken;
+    for_each_power(after, [&](int, const Damper &damper, double dissipated) {
+      sum += share(damper) * dissipated;
     });
     return sum;
   }

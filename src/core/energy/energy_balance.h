@@ -14,8 +14,8 @@ namespace EVP {
 /// forces from which works and dissipation follow. Forces are those of the evaluation itself, at the
 /// velocities that it saw.
 ///
-/// Each pair counts from its rest at deq. Of eq. 8 a bond past its cutoff holds what it had there: that is lost until it
-/// comes back, wherever the neighbor list ends. Where bonds end it is lost for good, by end().
+/// Each pair counts from its rest at deq. Of eq. 8 a bond past its cutoff has the energy that it had there: that is lost
+/// until it comes back, wherever the neighbor list ends. Where bonds end it is lost for good, by end().
 class PairWork final : public PairConsumer {
  public:
   /// Over the pairs of this MPI rank, those with a partner that takes no reaction by half; doubles
@@ -24,16 +24,16 @@ class PairWork final : public PairConsumer {
     /// Of bonds within their cutoffs, see Stored; where bonds end of all.
     double elastic, forgotten;
     double contacts;              ///< of contacts within theirs
-    double contacts_at_cutoff;    ///< what these hold there: maybe thousands of times more
+    double contacts_at_cutoff;    ///< what these have there: maybe thousands of times more
     double past_cutoff;           ///< of bonds past theirs, where they come back
     double ended;                 ///< of those that ended, since the start
     double plastic;               ///< dissipated as deq moves on
   };
   Sums sums() const
   {
-    const Stored kept = bonds_end ? beyond_list.held : Stored{};    // until they end
-    return {found.elastic.total() - ended_now.elastic + kept.elastic,
-            found.forgotten.total() - ended_now.forgotten + kept.forgotten,
+    const Stored beyond = bonds_end ? beyond_list.held : Stored{};    // until they end
+    return {found.elastic.total() - ended_now.elastic + beyond.elastic,
+            found.forgotten.total() - ended_now.forgotten + beyond.forgotten,
             found.contacts.total(),
             found.contacts_at_cutoff.total(),
             bonds_end ? 0.0 : found.past_cutoff.total() + beyond_list.held.total(),
@@ -44,7 +44,7 @@ class PairWork final : public PairConsumer {
   /// Do bonds past their cutoffs end?
   bool bonds_end = false;
 
-  /// Bonds past the end of the list hold this, and dissipate this on the way there [energy].
+  /// Bonds past the end of the list: stored, and dissipated on the way there [energy].
   struct BeyondList {
     Stored held;
     double dissipated;
@@ -55,12 +55,12 @@ class PairWork final : public PairConsumer {
     beyond_list = {};
   }
 
-  /// A bond has ended that the last forces found to hold this.
-  void end(const Stored &held, double share)
+  /// A bond has ended that had stored this at the last forces.
+  void end(const Stored &stored, double share)
   {
-    ended += share * held.total();
-    ended_now.elastic += share * held.elastic;
-    ended_now.forgotten += share * held.forgotten;
+    ended += share * stored.total();
+    ended_now.elastic += share * stored.elastic;
+    ended_now.forgotten += share * stored.forgotten;
   }
 
   /// Dissipated at fixed distances, before the forces to come [energy].
@@ -80,7 +80,7 @@ class PairWork final : public PairConsumer {
     std::array<double, 6> whole, damping;
   } through{};
 
-  /// Is `force` wanted? Not where nothing else acts, and ParticleView::f will hold the same.
+  /// Is `force` wanted? Not where nothing else acts, and ParticleView::f is the same.
   bool separates = true;
 
   /// At the beginning of a run, whose pairs may be those of another pair style.

@@ -99,9 +99,6 @@ inline Row parse_row(const std::vector<std::string> &words)
       at += 2;
       continue;
     }
-    if (words[at] == "saturation")
-      throw BadInput("keyword saturation of a row is gone: how far bonds hold is a table now, flow "
-                     "p0 Y0 p1 Y1 ... (plastic strain, limit over xi_s)");
     const Member *const member = find_member(words[at]);
     if (!member || member < MEMBERS + NREQUIRED || member->place != Member::HEAD)
       throw BadInput("unknown keyword '" + shown(words[at]) + "' of a row: after its " +

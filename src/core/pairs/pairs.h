@@ -351,6 +351,14 @@ inline double rank_share(int j, int nreact)
   return j < nreact ? 1.0 : 0.5;
 }
 
+/// Calls f(particle, its partner) for i and, where it takes reactions, for j: sums over the pairs of each particle, with
+/// PerAtomComm::reverse_comm() after the loop.
+template <class F> EVP_INLINE void for_each_end(int i, int j, int nreact, F &&f)
+{
+  f(i, j);
+  if (j < nreact) f(j, i);
+}
+
 /// All pairs of one MPI rank, rebuilt with the neighbor list.
 struct PairLists {
   PairList bonds{true}, contacts{false};

@@ -107,7 +107,7 @@ class StiffnessMatrix {
 
   /// The part of a link in energies of densities.
   struct DensityLink {
-    double opening = 0.0;          ///< of minus the density of i and j by the length [1/length]
+    double slope = 0.0;            ///< of minus the density of i and j by the length [1/length]
     double above_density = 0.0;    ///< all together no softer than these energies [force/length]
     bool is_bond = true;           ///< does that density count as bonded?
   };
@@ -169,15 +169,13 @@ class StiffnessMatrix {
       const double xy = std::fabs(beside[0]), xz = std::fabs(beside[1]), yz = std::fabs(beside[2]);
       const double rows[] = {std::fabs(own[0]) + xy + xz, std::fabs(own[1]) + xy + yz,
                              std::fabs(own[2]) + xz + yz};
-      const auto add = [&](int i, int j) {
+      for_each_end(link.i, link.j, nreact, [&](int i, int j) {
         for (int c = 0; c < 3; c++) {
           diagonal[(size_t) 3 * i + c] += own[c];
           off[(size_t) 3 * i + c] += beside[c];
           if (is_free(j)) partners[(size_t) 3 * i + c] += rows[c];
         }
-      };
-      add(link.i, link.j);
-      if (link.j < nreact) add(link.j, link.i);
+      });
     }
     for (std::vector<double> *values : {&diagonal, &off, &partners}) exchange.reverse_comm(*values);
 
@@ -196,10 +194,10 @@ class StiffnessMatrix {
   void find_springs_above_density()
   {
     find_pulls(1.0, [this](size_t k) {
-      return density_links[k].opening;
+      return density_links[k].slope;
     });
     for (size_t k = 0; k < links.size(); k++)
-      density_links[k].above_density = density_links[k].opening * pull(k);
+      density_links[k].above_density = density_links[k].slope * pull(k);
   }
 
   double memory_usage() const
@@ -247,14 +245,12 @@ class StiffnessMatrix {
   template <class Share> void find_pulls(double weight, Share &&share)
   {
     change.assign(3 * inverse_mass.size(), 0.0);
-    const auto add = [this](int i, bool is_bond, double value) {
-      change[(size_t) 3 * i] += value;
-      if (is_bond) change[(size_t) 3 * i + 1] += value;
-    };
     for (size_t k = 0; k < links.size(); k++) {
       const double value = share(k);
-      add(links[k].i, density_links[k].is_bond, value);
-      if (links[k].j < nreact) add(links[k].j, density_links[k].is_bond, value);
+      for_each_end(links[k].i, links[k].j, nreact, [&](int i, int) {
+        change[(size_t) 3 * i] += value;
+        if (density_links[k].is_bond) change[(size_t) 3 * i + 1] += value;
+      });
     }
     exchange.reverse_comm(change);
     for (size_t i = 0; i < density_stiffness.size(); i++) {
@@ -277,11 +273,11 @@ class StiffnessMatrix {
   {
     find_pulls(weight, [this](size_t k) {
       const Link &link = links[k];
-      return density_links[k].opening *
+      return density_links[k].slope *
           dot(link.u, vector_of(motion, link.i) - vector_of(motion, link.j));
     });
     for (size_t k = 0; k < links.size(); k++)
-      react(links[k], links[k].u * (density_links[k].opening * pull(k)));
+      react(links[k], links[k].u * (density_links[k].slope * pull(k)));
   }
 
   void react(const Link &link, const Vector &force)

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <mpi.h>
+#include <string>
 #include <type_traits>
 
 namespace EVP {
@@ -39,6 +40,15 @@ inline bool on_all(bool here, MPI_Comm world)
   return reduce_all((int) here, MPI_MIN, world);
 }
 
+/// The text of that MPI rank becomes that of all.
+inline void broadcast(std::string &text, int rank, MPI_Comm world)
+{
+  int length = (int) text.size();
+  MPI_Bcast(&length, 1, MPI_INT, rank, world);
+  text.resize(length);
+  MPI_Bcast(text.data(), length, MPI_CHAR, rank, world);
+}
+
 /// If any MPI rank has a complaint, that of the first such rank is thrown as BadInput on all.
 inline void throw_together(std::string complaint, MPI_Comm world)
 {
@@ -47,10 +57,7 @@ inline void throw_together(std::string complaint, MPI_Comm world)
   MPI_Comm_size(world, &nprocs);
   const int first = reduce_all(complaint.empty() ? nprocs : me, MPI_MIN, world);
   if (first == nprocs) return;
-  int length = (int) complaint.size();
-  MPI_Bcast(&length, 1, MPI_INT, first, world);
-  complaint.resize(length);
-  MPI_Bcast(&complaint[0], length, MPI_CHAR, first, world);
+  broadcast(complaint, first, world);
   throw BadInput(complaint);
 }
 

@@ -132,17 +132,6 @@ namespace scene {
     return force->ftm2v / mass(atom, i);
   }
 
-  /// The nth record of an atom that a restart file brought: its number of words, the words. nullptr where it is missing.
-  inline double *find_restored(const Atom *atom, int i, int nth)
-  {
-    double *record = atom->extra[i], *const end = record + atom->nextra_store;
-    const auto fits = [&] {
-      return record < end && record[0] >= 1.0 && record[0] <= (double) (end - record);
-    };
-    for (int k = 0; k < nth && fits(); k++) record += (int) record[0];
-    return fits() ? record : nullptr;
-  }
-
   /// Has special_bonds the weight 0 for this entry of a neighbor list?
   inline bool is_excluded(const Force *force, int neighbor)
   {

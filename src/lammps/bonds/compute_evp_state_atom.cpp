@@ -129,12 +129,11 @@ void ComputeEVPStateAtom::add_pairs(const PairData *pair_data)
   for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
     if (!p.acts()) return;
     const bool second = p.is_bond && pair_data->state_of(p).regime == 2;
-    for (const int owner : {p.i, p.j}) {
-      if (owner == p.j && p.j >= list.nreact) continue;
-      double *sum = &sums[(size_t) comm_reverse * owner];
+    for_each_end(p.i, p.j, list.nreact, [&](int i, int) {
+      double *sum = &sums[(size_t) comm_reverse * i];
       sum[p.is_bond ? WITHIN : UNBONDED] += 1.0;
       if (second) sum[SECOND] += 1.0;
-    }
+    });
   });
 }
 

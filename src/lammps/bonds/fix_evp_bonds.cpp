@@ -2,9 +2,9 @@
 
 #include "lammps/bonds/fix_evp_bonds.h"
 
-#include "core/base/seal.h"
 #include "lammps/base/atom_directory.h"
 #include "lammps/base/collective.h"
+#include "lammps/base/restart_file.h"
 #include "lammps/base/scene.h"
 #include "lammps/base/user_input.h"
 #include "lammps/bonds/bond_recording.h"
@@ -423,11 +423,7 @@ void FixEVPBonds::write_restart(FILE *fp)
   std::vector<double> exclusions = bonds->volume_scene.words_of_exclusions();
   seal(exclusions);
   words.insert(words.end(), exclusions.begin(), exclusions.end());
-  const int size = (int) (words.size() * sizeof(double));
-  if (comm->me == 0) {
-    fwrite(&size, sizeof(int), 1, fp);
-    fwrite(words.data(), size, 1, fp);
-  }
+  if (comm->me == 0) restart_file::write_section(fp, words);
 }
 
 void FixEVPBonds::restart(char *buf)
@@ -441,10 +437,8 @@ void FixEVPBonds::restart(char *buf)
         is_sealed(words + sealed, VolumeScene::WORDS * (size_t) words[14] + 1);
   };
   if (!is_whole())
-    error->all(FLERR,
-               "{}: its section of the restart file is damaged, or from a version of this package "
-               "that wrote another format: use an older restart file, or that version",
-               who);
+    restart_file::stop_at_damaged_section(error,
+                                          who + ": its section of the restart file is damaged");
   after_restart = false;    // this is the fix that the file knows
   restarted_at = update->ntimestep;
   const bool recorded = words[2] != 0.0;
@@ -484,12 +478,12 @@ int FixEVPBonds::pack_restart(int i, double *buf)
 
 void FixEVPBonds::unpack_restart(int nlocal, int nth)
 {
-  double *record = scene::find_restored(atom, nlocal, nth);
+  double *record = restart_file::find_record(atom, nlocal, nth);
   const size_t n = record ? (size_t) record[0] : 0;
-  if (!is_sealed(record, n) || n < 2 || !bonds->fits(record + 1, n - 2))
-    error->one(FLERR,
-               "{}: the bonds of atom {} in the restart file are damaged, or the atom is not from "
-               "that file: define the fix right after read_restart",
-               who, atom->tag[nlocal]);
+  if (n < 2 || !bonds->fits(record + 1, n - 2))
+    restart_file::stop_at_damaged_record(
+        error,
+        fmt::format("{}: the bonds of atom {} in the restart file are damaged", who,
+                    atom->tag[nlocal]));
   unpack_exchange(nlocal, record + 1);
 }

@@ -83,8 +83,8 @@ const BondStore &WriteEVPBonds::find_records() const
   return *bonds->records();
 }
 
-// Both atoms of a pair keep it: the one with the lower ID writes, unless its partner was deleted, whom a
-// reader could not find.
+// Both atoms have the record of a pair: that with the lower ID writes it, unless its partner was deleted, which a reader could
+// not find.
 std::string WriteEVPBonds::lines_of_pairs(const BondStore &records, BondHeader &header) const
 {
   std::vector<BondLine> lines;
@@ -96,9 +96,9 @@ std::string WriteEVPBonds::lines_of_pairs(const BondStore &records, BondHeader &
   };
   for (int i = 0; i < atom->nlocal; i++)
     for (const EVP::BondRecord &bond : records.of(i)) {
-      const Remembered *const kept = records.find_remembered(i, bond.partner);
-      const bool joined = kept && kept->kind == Remembered::JOINED;
-      add({atom->tag[i], bond.partner, bond.deq, joined ? kept->kind : BondLine::BOND});
+      const Remembered *const remembered = records.find_remembered(i, bond.partner);
+      const bool joined = remembered && remembered->kind == Remembered::JOINED;
+      add({atom->tag[i], bond.partner, bond.deq, joined ? remembered->kind : BondLine::BOND});
     }
   for (int i = 0; records.has_history() && i < atom->nlocal; i++)
     for (const Remembered &one : records.remembered_of(i))
@@ -114,8 +114,8 @@ std::string WriteEVPBonds::lines_of_pairs(const BondStore &records, BondHeader &
   return text;
 }
 
-// Of those that the bonds do not tell everything of: with fix evp/volume of all once one has changed, as the gaps of all are
-// to the mean of the body at rest
+// Of spheres that have changed: the bonds tell the rest. With fix evp/volume of all, once one has changed, as their gaps are
+// those to the mean of the body at rest
 std::string WriteEVPBonds::lines_of_spheres(const BondStore &records, BondHeader &header) const
 {
   const auto line_of = [&](int i) {
@@ -307,7 +307,7 @@ struct Choice {
   bool takes_integers() const { return rules.find("integer") != std::string::npos; }
 
  private:
-  // LAMMPS takes some of its commands apart at blanks, and the shell is given names too
+  // LAMMPS splits some of its commands at blanks, and names reach the shell, too
   void check_name(const std::string &value) const
   {
     const std::vector<std::string> words = split_words(value);
@@ -477,19 +477,19 @@ class HiddenScreen {
 #if defined(__linux__)
     cookie_io_functions_t functions = {};
     functions.write = [](void *self, const char *text, size_t size) {
-      static_cast<HiddenScreen *>(self)->take(text, size);
+      static_cast<HiddenScreen *>(self)->add(text, size);
       return (ssize_t) size;
     };
     return fopencookie(this, "w", functions);
 #else
     const auto write = [](void *self, const char *text, int size) {
-      static_cast<HiddenScreen *>(self)->take(text, (size_t) size);
+      static_cast<HiddenScreen *>(self)->add(text, (size_t) size);
       return size;
     };
     return funopen(this, nullptr, write, nullptr, nullptr);
 #endif
   }
-  void take(const char *text, size_t size)
+  void add(const char *text, size_t size)
   {
     for (const char *c = text; c < text + size; c++) {
       line += *c;

@@ -51,7 +51,7 @@ class EVPChoices : public Command {
 };
 
 /// evp_quietly COMMAND ...: another command, of whose output only warnings, errors and the lines of EVP go to the screen; the
-/// log file takes all.
+/// log file has all.
 class EVPQuietly : public Command {
  public:
   EVPQuietly(class LAMMPS *lmp) : Command(lmp) {}

@@ -17,7 +17,7 @@ namespace EVP {
 /// T holds gamma times what rotation adds to the separation rates, that of v+ in the end: it changes
 /// little from step to step, so that the T of the last step mostly suffices.
 ///
-/// M keeps the momentum of every iterate exact: pair forces have none, and the start carries that of
+/// M keeps the momentum of every iterate exact: pair forces have none, and that of the start is that of
 /// M v + h F. The tolerance is against what the damping does, M (v - v*), v* = v + h M^-1 F: this is
 /// Galilean invariant, so that a body in flight is not solved worse than one at rest, and does not grow
 /// with h C, as h C v* would (it exceeds the motion itself where damping is strong).
@@ -43,8 +43,8 @@ class DampingSolver : protected Pointers {
   /// Must they be found anew for the list? The same on all ranks.
   bool bodies_are_due(const PairLists &list) const { return list.common_build != bodies_build; }
 
-  /// Bodies and rotations of the last run.
-  void forget()
+  /// Drops bodies and rotations of the last run.
+  void reset()
   {
     bodies_build = -1;
     most_rotated = 0.0;

@@ -53,7 +53,7 @@ void FixNVEEVP::init()
   others_groupbits = 0;
   forces_follow = false;
   bool after_this = false;
-  bool path = false;    // that may turn: velocities over the step to come are not those at present
+  bool any_move = false;    // along a curve: mean velocities over a step are not those at its end
   for (int k = 0; k < modify->nfix; k++) {
     const Fix *other = modify->fix[k];
     if (other == this) {
@@ -61,16 +61,16 @@ void FixNVEEVP::init()
       continue;
     }
     if (after_this && (modify->fmask[k] & FixConst::POST_FORCE)) forces_follow = true;
-    path = path || strcmp(other->style, "move") == 0;
+    any_move = any_move || strcmp(other->style, "move") == 0;
     if (scene::integrates_atoms(other)) others_groupbits |= other->groupbit;
   }
   check_groups();
   positions_known = false;
-  if (path && !keeps_records()) keep_records();
+  if (any_move && !keeps_records()) keep_records();
   powers_wanted = pair_data->effects.any(&Effect::asks_for_powers);
   rotation_warned = false;
-  solver.forget();
-  dampers.forget();    // another pair style may have come to the same count of builds
+  solver.reset();
+  dampers.reset();    // another pair style may have come to the same count of builds
   last_iterations = most_iterations = 0;
   all_iterations = solves = 0;
 }
@@ -91,40 +91,32 @@ void FixNVEEVP::check_groups() const
   }
 }
 
-// Components that a fix move integrates by the forces itself, as a word; empty without. It tells nobody
-// which are NULL: its kick is tried out on one atom.
-std::string FixNVEEVP::null_components(const Fix *move) const
-{
-  std::string found;
-  if (atom->nlocal == 0) return found;
-  double *const v = atom->v[0], *const f = atom->f[0];
-  const std::array old = {v[0], v[1], v[2], f[0], f[1], f[2]};
-  const int nlocal = std::exchange(atom->nlocal, 1);
-  const int mask = std::exchange(atom->mask[0], move->groupbit);
-  std::fill_n(v, 3, 0.0);
-  std::fill_n(f, 3, 1.0);
-  const_cast<Fix *>(move)->final_integrate();
-  for (int c = 0; c < domain->dimension; c++)
-    if (v[c] != 0.0) found += "xyz"[c];
-  std::copy_n(old.begin(), 3, v);
-  std::copy_n(old.begin() + 3, 3, f);
-  atom->nlocal = nlocal;
-  atom->mask[0] = mask;
-  return found;
-}
-
-// Collective. Fix move knows the timestep after its init() only.
+// Collective. Fix move tells nobody which components are NULL: its kick is tried out, after the init() that sets its timestep.
 void FixNVEEVP::find_null_moves()
 {
   null_moves.clear();
-  for (const Fix *other : modify->get_fix_list())
-    if (strcmp(other->style, "move") == 0 && on_any(!null_components(other).empty(), world)) {
-      null_moves.push_back(other);
-      others_groupbits |= other->groupbit;
-    }
+  const size_t n = (size_t) 3 * atom->nlocal;
+  for (Fix *move : modify->get_fix_by_style("^move$")) {
+    const Values v(atom->v[0], atom->v[0] + n), f(atom->f[0], atom->f[0] + n);
+    std::fill_n(atom->v[0], n, 0.0);
+    std::fill_n(atom->f[0], n, 1.0);
+    move->final_integrate();
+    std::array<int, 3> kicked{};
+    for (size_t k = 0; k < n; k++) kicked[k % 3] |= atom->v[0][k] != 0.0;
+    std::copy(v.begin(), v.end(), atom->v[0]);
+    std::copy(f.begin(), f.end(), atom->f[0]);
+
+    kicked = reduce_all(kicked, MPI_MAX, world);
+    std::string components;
+    for (int c = 0; c < domain->dimension; c++)
+      if (kicked[c]) components += "xyz"[c];
+    if (components.empty()) continue;
+    null_moves.push_back({move, components});
+    others_groupbits |= move->groupbit;
+  }
 }
 
-// Atoms hold the velocity of the full step: half of the kick is still to come.
+// atom->v is that of the full step: half of the kick is still to come.
 void FixNVEEVP::setup(int vflag)
 {
   vflag_now = vflag;
@@ -149,7 +141,7 @@ void FixNVEEVP::initial_integrate(int /*vflag*/)
       for (int c = 0; c < 3; c++) atom->x[i][c] += update->dt * atom->v[i][c];
 }
 
-// Atoms hold v-: solve for v+, and leave them half way between.
+// atom->v is v-: solves for v+, and sets it to the mean of both.
 void FixNVEEVP::final_integrate()
 {
   collect_dampers();
@@ -174,7 +166,7 @@ void FixNVEEVP::collect_dampers()
     solver.find_bodies(*pair_data, groupbit);
   }
   // a bond that ends moves the numbers of pairs on its rank: both copies of a pair must start from one force
-  if (pair_data->rules().has_history() && on_any(!dampers.are_of(list), world)) dampers.forget();
+  if (pair_data->rules().has_history() && on_any(!dampers.are_of(list), world)) dampers.reset();
   dampers.collect(list, scene::rows(atom->x), gamma_of);
   if (!others_groupbits) return;
 
@@ -187,14 +179,14 @@ void FixNVEEVP::collect_dampers()
 
 void FixNVEEVP::stop_at_integrated(int i) const
 {
-  for (const Fix *move : null_moves)
+  for (const auto &[move, components] : null_moves)
     if (atom->mask[i] & move->groupbit)
       error->one(FLERR,
                  "{}: atom {} interacts with its group, but fix {} of style move integrates its "
                  "component {} by the forces (NULL), whose velocity would enter as prescribed: "
                  "prescribe the component (0.0 holds the atom), or use fix nve for the group of "
                  "fix {}, with the timestep that explicit damping allows (compute evp/dt)",
-                 who, atom->tag[i], move->id, null_components(move), id);
+                 who, atom->tag[i], move->id, components, id);
   error->one(FLERR,
              "{}: atom {} interacts with its group but is integrated by another fix, whose "
              "velocity would enter as prescribed: put it into the group of fix {}, or move it by "
@@ -218,7 +210,7 @@ template <class F> void FixNVEEVP::for_each_mean_velocity(double dt, F &&f) cons
   }
 }
 
-// Separation rates over the last timestep dt, or now with dt = 0, from the velocities that atoms hold.
+// Separation rates over the last timestep dt, or now with dt = 0, from atom->v.
 void FixNVEEVP::find_rates(double dt)
 {
   if (!pair_data->damps_implicitly()) return;
@@ -249,9 +241,7 @@ double FixNVEEVP::power_of_box() const
 void FixNVEEVP::warn_of_rotation()
 {
   const double angle = solver.largest_rotation();
-  if (rotation_warned || angle <= 1.01 * LARGEST_ROTATION) return;
-  rotation_warned = true;
-  if (comm->me) return;
+  if (angle <= 1.01 * LARGEST_ROTATION || std::exchange(rotation_warned, true) || comm->me) return;
   error->warning(
       FLERR,
       "{}: damped pairs rotated by more than {} rad per step, {:.3g} rad before step {}, which the "

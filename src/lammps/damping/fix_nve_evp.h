@@ -11,6 +11,8 @@
 
 #include <array>
 #include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace LAMMPS_NS {
@@ -21,7 +23,7 @@ namespace LAMMPS_NS {
 /// Each damper sees the separation rate of the whole step, (|r + dt v+| - |r|)/dt = u.v+ + rotation (see
 /// EVP::separation_rate): where a pair rotates without strain, u.v+ along its old direction u is not zero.
 ///
-/// Between steps atoms hold v = (v- + v+)/2, and f holds F plus the damping force that took v- to v+,
+/// Between steps atom->v is (v- + v+)/2, and atom->f is F plus the damping force that took v- to v+,
 /// so that both half kicks are those of plain leapfrog and other fixes read the whole force.
 /// The records are unwrapped positions at the last solve, where a fix move may turn or accelerate atoms.
 class FixNVEEVP :
@@ -81,8 +83,8 @@ class FixNVEEVP :
 
  private:
   EVP::PairData *pair_data = nullptr;
-  int others_groupbits = 0;               // groups of the other fixes that move atoms by forces
-  std::vector<const Fix *> null_moves;    // those of style move with a component NULL
+  int others_groupbits = 0;    // groups of the other fixes that move atoms by forces
+  std::vector<std::pair<const Fix *, std::string>> null_moves;    // of style move; components NULL
   bool forces_follow = false;    // fixes defined later add forces, at set-up after its solve
   bool powers_wanted = false;    // an effect asks for those of the dampers
   std::shared_ptr<EVP::Effect> self{this, [](auto *) {
@@ -95,7 +97,7 @@ class FixNVEEVP :
   Values velocities;          // with ghosts: mean ones over the last step; where powers_wanted
   Values image_velocities;    // of periodic images against their owners; where powers_wanted
   Values prescribed;          // velocities after the step, used outside the group
-  Values applied;    // damping force that f holds, from one solve to the kick after it; or empty
+  Values applied;             // damping force in f, from one solve to the kick after it; or empty
   double dt_applied = 0.0;    // timestep that it was solved for, 0 if it must be solved anew
   int vflag_now = 0;
 
@@ -104,7 +106,6 @@ class FixNVEEVP :
 
   bool in_group(int i) const { return atom->mask[i] & groupbit; }
   void check_groups() const;
-  std::string null_components(const Fix *move) const;
   void find_null_moves();
   void stop_at_integrated(int i) const;
   void collect_dampers();

@@ -91,14 +91,14 @@ bool FixEVPEnergy::others_act() const
 void FixEVPEnergy::setup(int /*vflag*/)
 {
   if (update->whichflag != 1) return;
-  bring_forces_home();
+  reverse_comm_forces();
   if (box.acts) {
     const double done = box.begin(domain);
     if (started) now.works.box += done;
   }
   now.instant = instant_here();
   // flow that is due is in no deq yet, and the stored energies are those after it: what it will
-  // dissipate in the first step, pairs still hold
+  // dissipate in the first step, is still stored in the pairs
   now.instant.pairs.elastic += now.instant.pairs.plastic;
   summed_step = -1;
   if (!started) start = over_all_ranks(now).instant;
@@ -107,7 +107,7 @@ void FixEVPEnergy::setup(int /*vflag*/)
 }
 
 // of the forces since the last call; there are none where rerun ends its step right after set-up
-void FixEVPEnergy::bring_forces_home()
+void FixEVPEnergy::reverse_comm_forces()
 {
   if (!work.claim()) return;
   if (!work.force.empty()) reverse_comm(work.force);
@@ -163,7 +163,7 @@ FixEVPEnergy::Totals FixEVPEnergy::over_all_ranks(Totals totals) const
   return totals;
 }
 
-// of the step that ends, on this MPI rank; puts the records on to the positions where the next one begins
+// of the step that ends, on this MPI rank; sets the records to the positions where the next one begins
 FixEVPEnergy::Works FixEVPEnergy::works_of_step()
 {
   double dissipated = 0.0, damped = 0.0, prescribed = 0.0, others = 0.0;
@@ -235,15 +235,15 @@ void FixEVPEnergy::pre_exchange()
 
 void FixEVPEnergy::pre_neighbor()
 {
-  if (box.acts) box.note_flip(domain);
-  note_images();
+  if (box.acts) box.set_edges(domain);
+  set_images();
 }
 
 // atoms have been wrapped, which changes their velocity, and ghosts are those of the forces to come
-void FixEVPEnergy::note_images()
+void FixEVPEnergy::set_images()
 {
   if (!box.acts) return;
-  box.note_wrapped(kinetic_here());
+  box.add_wrapped(kinetic_here());
   work.images.assign((size_t) 3 * (atom->nlocal + atom->nghost), 0.0);
   forward_comm_images(work.images, COUNT_OF_BOXES.data());
 }
@@ -251,7 +251,7 @@ void FixEVPEnergy::note_images()
 void FixEVPEnergy::end_of_step()
 {
   if (bonds) bonds->end_of_step();    // whichever comes first
-  bring_forces_home();
+  reverse_comm_forces();
   now.instant = instant_here();
   const Works step = works_of_step();
   now.works.dissipated += step.dissipated;
@@ -262,8 +262,8 @@ void FixEVPEnergy::end_of_step()
   summed_step = -1;
 }
 
-// Collective, where someone asks: of all MPI ranks, at the end of the last step. What damping gives back where a velocity turns
-// within a step is deducted from what it takes next
+// Collective, where someone asks: of all MPI ranks, at the end of the last step. Where a velocity changes its sign within a
+// step, the power of its damping may be negative: DISSIPATED waits until the sum has grown beyond it
 void FixEVPEnergy::sum_up()
 {
   if (summed_step == update->ntimestep) return;
@@ -286,7 +286,7 @@ void FixEVPEnergy::sum_up()
 
 // f_ID: energy imbalance. f_ID[1..13], changes since the start: kinetic, stored in bonds up to xi_s
 // and above it, spent on lost bonds, new contacts; dissipated by gamma; work on prescribed atoms, of all
-// other forces; dissipated by flow, 0, held by bonds that ended, volume energy; work of
+// other forces; dissipated by flow, 0, lost with bonds that ended, volume energy; work of
 // a box that deforms
 double FixEVPEnergy::compute_scalar()
 {
@@ -304,7 +304,7 @@ double FixEVPEnergy::compute_vector(int n)
   return entries[n];
 }
 
-// an atom that comes during a run brings no work with it
+// no work is done on an atom before it comes
 void FixEVPEnergy::set_arrays(int i)
 {
   records[i] = {};

@@ -45,7 +45,7 @@ struct ActingForces {
   }
 
   /// By the explicit damping of an integrated atom over the half step before or after the present positions, in the mean
-  /// [energy/time]. At the beginning of a step atoms hold the half-step velocity by now, at its end that of the full
+  /// [energy/time]. At the beginning of a step atom->v is that of the half step by now, at its end that of the full
   /// step: of either the mean over the half step is half of its kick away.
   double dissipated(const Atom *atom, const Force *force, double dt, int i) const
   {
@@ -103,8 +103,8 @@ class BoxWork {
   double begin(const Domain *domain)
   {
     move_to(domain);
-    const double done = std::exchange(carried, 0.0) + through_moved();
-    note_forces();
+    const double done = std::exchange(gained_by_wrapping, 0.0) + through_moved();
+    set_through();
     return std::exchange(before, true) ? done + through_moved() : 0.0;
   }
 
@@ -124,8 +124,8 @@ class BoxWork {
   /// At the next forces: work of the step. damping: that in the half step after.
   double end_step(double damping)
   {
-    note_forces();
-    return done + std::exchange(carried, 0.0) + damping + through_moved();
+    set_through();
+    return done + std::exchange(gained_by_wrapping, 0.0) + damping + through_moved();
   }
 
   /// Half of what a force would do on an atom along with its unwrapped position.
@@ -150,29 +150,29 @@ class BoxWork {
   }
 
   /// At a neighbor build: LAMMPS may have flipped the box, of which tilts alone change, and has wrapped atoms.
-  void note_flip(const Domain *domain) { std::copy_n(domain->h, 6, edges.begin()); }
-  void note_wrapped(double kinetic_now) { carried += kinetic_now - kinetic; }
+  void set_edges(const Domain *domain) { std::copy_n(domain->h, 6, edges.begin()); }
+  void add_wrapped(double kinetic_now) { gained_by_wrapping += kinetic_now - kinetic; }
 
  private:
   const PairWork &pairs;
-  bool deformed = false;    // in the last run?
-  bool before = false;      // at the last forces?
-  Edges rates{};            // at the present forces, those of LAMMPS
-  Edges moved{};            // edges, since the forces before
-  Edges through{};          // without damping, of the last forces
-  double carried = 0.0;     // kinetic energy gained where atoms were wrapped, since the last step
-  double done = 0.0;        // so far, in the step under way
+  bool deformed = false;              // in the last run?
+  bool before = false;                // at the last forces?
+  Edges rates{};                      // at the present forces, those of LAMMPS
+  Edges moved{};                      // edges, since the forces before
+  Edges through{};                    // without damping, of the last forces
+  double gained_by_wrapping = 0.0;    // kinetic energy, since the last step
+  double done = 0.0;                  // so far, in the step under way
 
   // at a set-up, or where the box is about to be that of the next forces
   void move_to(const Domain *domain)
   {
     for (int c = 0; c < 6; c++) moved[c] = domain->h[c] - edges[c];
     std::copy_n(domain->h_rate, 6, rates.begin());
-    note_flip(domain);
+    set_edges(domain);
   }
 
   double through_moved() const { return 0.5 * work_of(through, moved); }
-  void note_forces()
+  void set_through()
   {
     through = pairs.through.whole;
     for (int c = 0; c < 6; c++) through[c] -= pairs.through.damping[c];
@@ -193,7 +193,7 @@ namespace LAMMPS_NS {
 ///
 /// Exact for the leapfrog but for the trapezoid of the pair forces. Each step is taken from its own half
 /// kicks, with its own dt and the damping that was applied in it, whichever fix changed them before.
-/// What pairs hold, and their forces, the pair style's force loop leaves in `work`.
+/// The force loop of the pair style sets the energies of pairs and their forces in `work`.
 class FixEVPEnergy :
     public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::AtomPast>,
     public EVP::Effect,
@@ -211,7 +211,7 @@ class FixEVPEnergy :
   void setup(int) override;
   void post_integrate() override;
   void pre_exchange() override;
-  void setup_pre_neighbor() override { note_images(); }
+  void setup_pre_neighbor() override { set_images(); }
   void pre_neighbor() override;
   void end_of_step() override;
 
@@ -262,7 +262,7 @@ class FixEVPEnergy :
     NENTRIES
   };
 
-  /// What atoms and pairs hold at one instant [energy].
+  /// Energies of atoms and pairs at one instant.
   struct Instant {
     double kinetic, volume;
     EVP::PairWork::Sums pairs;
@@ -301,11 +301,11 @@ class FixEVPEnergy :
   EVP::ActingForces acting_forces() const;
   bool is_solved() const { return implicit && pair_data->damps_implicitly(); }
   bool others_act() const;
-  void bring_forces_home();
+  void reverse_comm_forces();
   Instant instant_here() const;
   double kinetic_here() const;
   double damping_of_box() const;
-  void note_images();
+  void set_images();
   Totals over_all_ranks(Totals totals) const;
   Works works_of_step();
   void unwrap(int i, double *x) const;

@@ -2,9 +2,9 @@
 
 #include "lammps/heat/fix_evp_heat.h"
 
-#include "core/base/seal.h"
 #include "core/timestep/stiffness_matrix.h"
 #include "lammps/base/collective.h"
+#include "lammps/base/restart_file.h"
 #include "lammps/base/scene.h"
 #include "lammps/base/user_input.h"
 
@@ -668,21 +668,15 @@ void FixEVPHeat::write_restart(FILE *fp)
   std::vector<double> words = {RESTART_FORMAT, elapsed, since_limits};
   words.insert(words.end(), all.begin(), all.end());
   seal(words);
-  const int size = (int) (words.size() * sizeof(double));
-  if (comm->me == 0) {
-    fwrite(&size, sizeof(int), 1, fp);
-    fwrite(words.data(), size, 1, fp);
-  }
+  if (comm->me == 0) restart_file::write_section(fp, words);
 }
 
 void FixEVPHeat::restart(char *buf)
 {
   const auto *words = reinterpret_cast<const double *>(buf);
   if (words[0] != RESTART_FORMAT || !is_sealed(words, 3 + NACCOUNTS + 1))
-    error->all(FLERR,
-               "{}: its section of the restart file is damaged, or from a version of this package "
-               "that wrote another format: use an older restart file, or that version",
-               who);
+    restart_file::stop_at_damaged_section(error,
+                                          who + ": its section of the restart file is damaged");
   elapsed = words[1];
   since_limits = words[2];
   begun = true;
@@ -701,12 +695,12 @@ int FixEVPHeat::pack_restart(int i, double *buf)
 
 void FixEVPHeat::unpack_restart(int nlocal, int nth)
 {
-  const double *record = scene::find_restored(atom, nlocal, nth);
-  if (!record || record[0] != RESTART_WORDS || !is_sealed(record, RESTART_WORDS))
-    error->one(FLERR,
-               "{}: the heat of atom {} in the restart file is damaged, or the atom is not from "
-               "that file: define the fix right after read_restart",
-               who, atom->tag[nlocal]);
+  const double *record = restart_file::find_record(atom, nlocal, nth);
+  if (!record || record[0] != RESTART_WORDS)
+    restart_file::stop_at_damaged_record(
+        error,
+        fmt::format("{}: the heat of atom {} in the restart file is damaged", who,
+                    atom->tag[nlocal]));
   records[nlocal] = {record[1], record[2], record[3], record[4], record[5], record[6]};
   through[nlocal] = records[nlocal].out;
 }

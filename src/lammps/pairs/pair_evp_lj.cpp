@@ -2,10 +2,10 @@
 
 #include "lammps/pairs/pair_evp_lj.h"
 
-#include "core/base/seal.h"
 #include "core/law/files.h"
 #include "core/pairs/pair_block.h"
 #include "lammps/base/per_atom.h"
+#include "lammps/base/restart_file.h"
 #include "lammps/base/scene.h"
 #include "lammps/base/user_input.h"
 
@@ -98,11 +98,6 @@ void PairEVPLJ::allocate()
 //   [break none|XI] [update N]
 void PairEVPLJ::settings(int narg, char **arg)
 {
-  for (int k = 0; k < narg; k += 2)
-    if (strcmp(arg[k], "unload") == 0)
-      error->all(FLERR,
-                 "Pair style evp/lj: 'unload' was replaced: use 'plasticity none' (the paper's "
-                 "law, which is reversible) or 'plasticity isotropic' (permanent flow)");
   PairRules chosen;
   std::vector<char *> words(arg, arg + narg);
   for (int k = 0; k + 2 < (int) words.size(); k += 2) {    // of contact join: a number, and all
@@ -400,11 +395,8 @@ void PairEVPLJ::read_together(FILE *fp, std::vector<double> &words, size_t n) co
 
 void PairEVPLJ::stop_at_damage(const std::string &where) const
 {
-  error->all(
-      FLERR,
-      "Pair evp/lj: the restart file is damaged in the {}, or from a version of this package "
-      "that wrote another format: use an older restart file, or that version",
-      where);
+  restart_file::stop_at_damaged_section(error,
+                                        "Pair evp/lj: the restart file is damaged in the " + where);
 }
 
 void PairEVPLJ::read_restart(FILE *fp)

@@ -255,10 +255,7 @@ static Row read_file(LAMMPS *lmp, const std::string &file, const std::string &na
           row_keys();
   }
   throw_together(complaint, lmp->world);
-  int size = (int) text.size();
-  MPI_Bcast(&size, 1, MPI_INT, 0, lmp->world);
-  text.resize(size);
-  MPI_Bcast(text.data(), size, MPI_CHAR, 0, lmp->world);
+  broadcast(text, 0, lmp->world);
   return row_from_text(text, file, name, lmp->update->unit_style);
 }
 

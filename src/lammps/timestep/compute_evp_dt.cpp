@@ -2,6 +2,8 @@
 
 #include "lammps/timestep/compute_evp_dt.h"
 
+#include <utility>
+
 using namespace LAMMPS_NS;
 using namespace EVP;
 
@@ -54,11 +56,9 @@ void ComputeEVPDt::linearise()
 
 void ComputeEVPDt::warn_of_eigenvalues()
 {
-  if (limits.converged() || lanczos_warned) return;
-  lanczos_warned = true;
-  if (comm->me == 0)
-    error->warning(FLERR,
-                   "{}: an eigenvalue did not converge in {} iterations, the timesteps may be too "
-                   "large: use c_{}[5], which is safe",
-                   who, StableTimesteps::MAX_ITERATIONS, id);
+  if (limits.converged() || std::exchange(lanczos_warned, true) || comm->me) return;
+  error->warning(FLERR,
+                 "{}: an eigenvalue did not converge in {} iterations, the timesteps may be too "
+                 "large: use c_{}[5], which is safe",
+                 who, StableTimesteps::MAX_ITERATIONS, id);
 }

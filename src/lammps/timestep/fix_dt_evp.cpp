@@ -11,12 +11,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 using namespace LAMMPS_NS;
 using namespace EVP;
 
-static constexpr double PASSES = 1.0;           // displacement per step that passes xi_s deq unseen
-static constexpr double TURN_PER_STEP = 0.1;    // rad, at most, of any pair that fix nve/evp damps
+static constexpr double PASSES = 1.0;    // displacement per step that passes xi_s deq unseen
+static constexpr double ROTATION_PER_STEP = 0.1;    // rad, of any pair that fix nve/evp damps
 static constexpr double GROWTH_PER_CHECK = 1.25;
 static constexpr double BOUND_CHANGES = 0.05;    // then eigenvalues are due again
 
@@ -58,10 +59,10 @@ void FixDtEVP::init()
                  "{}: fix {} of style {} sets the timestep too, or cannot follow a changing one: "
                  "use one fix dt/evp, and drive atoms by 'velocity set' and fix nve/noforce",
                  who, other->id, other->style);
-  displacement_reported = rotation_reported = false;
+  displacement_warned = rotation_warned = false;
 }
 
-// by the row sums, where they prove the timestep stable that is taken: eigenvalues cost many times as much
+// by the row sums, where they prove the timestep stable: eigenvalues cost many times as much
 double FixDtEVP::find_stable_dt()
 {
   limits.linearise(*PairData::require_present(force, error, who), {groupbit});
@@ -93,12 +94,12 @@ void FixDtEVP::set_dt(bool at_setup)
   const bool unlimited = stable_dt >= NO_LIMIT && maximum >= NO_LIMIT;
   const bool may_meet = find_fastest(dt);
   if (is_resolved() || unlimited)
-    keep_below(opening.dt, DISPLACEMENT);
-  else if (opening.dt < dt)
+    keep_below(by_displacement.dt, DISPLACEMENT);
+  else if (by_displacement.dt < dt)
     warn_of_displacement(dt);
-  keep_below(turning.dt, ROTATION);
+  keep_below(by_rotation.dt, ROTATION);
   report_limit(dt);
-  if (unlimited && std::min(opening.dt, turning.dt) >= NO_LIMIT &&
+  if (unlimited && std::min(by_displacement.dt, by_rotation.dt) >= NO_LIMIT &&
       (at_setup || !on_any(may_meet, world)))
     error->all(FLERR,
                "{}: at step {} no pair interacts or approaches another, so nothing limits the "
@@ -107,40 +108,37 @@ void FixDtEVP::set_dt(bool at_setup)
   if (dt != update->dt) change_dt(dt);
 }
 
-// once in a run each
 void FixDtEVP::report_limit(double dt)
 {
   const bool rotates = limit == ROTATION;
   if (!rotates && (limit != DISPLACEMENT || !is_resolved())) return;
-  bool &reported = rotates ? rotation_reported : displacement_reported;
-  const FastestPair &pair = rotates ? turning : opening;
-  if (!reported && comm->me == 0)
-    error->warning(FLERR,
-                   "{}: from step {} on the {} of pairs limits the timestep, now {:.4g} for atoms "
-                   "{} and {}, {:.3g} of what stability allows: {}",
-                   who, update->ntimestep, rotates ? "rotation" : "displacement", dt,
-                   (bigint) pair.id_i, (bigint) pair.id_j, dt / (fraction * stable_dt),
-                   rotates ? "fix nve/evp needs this where it damps pairs that rotate"
-                           : "the energy balance needs this after rupture and in impacts; a "
-                             "quasi-static load does not: omit 'displacement' there");
-  reported = true;
+  bool &warned = rotates ? rotation_warned : displacement_warned;
+  if (std::exchange(warned, true) || comm->me) return;
+  const FastestPair &pair = rotates ? by_rotation : by_displacement;
+  error->warning(FLERR,
+                 "{}: from step {} on the {} of pairs limits the timestep, now {:.4g} for atoms "
+                 "{} and {}, {:.3g} of what stability allows: {}",
+                 who, update->ntimestep, rotates ? "rotation" : "displacement", dt,
+                 (bigint) pair.id_i, (bigint) pair.id_j, dt / (fraction * stable_dt),
+                 rotates ? "fix nve/evp needs this where it damps pairs that rotate"
+                         : "the energy balance needs this after rupture and in impacts; a "
+                           "quasi-static load does not: omit 'displacement' there");
 }
 
 void FixDtEVP::warn_of_displacement(double dt)
 {
-  if (!displacement_reported && comm->me == 0)
-    error->warning(FLERR,
-                   "{}: at step {} the distance of atoms {} and {} changes by {:.3g} times their "
-                   "threshold strain per timestep: a few such pairs do not matter in a "
-                   "quasi-static load, but after rupture and in impacts they heat the body: add "
-                   "'displacement 0.1' there, or check the energy balance by fix evp/energy",
-                   who, update->ntimestep, (bigint) opening.id_i, (bigint) opening.id_j,
-                   PASSES * dt / opening.dt);
-  displacement_reported = true;
+  if (std::exchange(displacement_warned, true) || comm->me) return;
+  error->warning(FLERR,
+                 "{}: at step {} the distance of atoms {} and {} changes by {:.3g} times their "
+                 "threshold strain per timestep: a few such pairs do not matter in a "
+                 "quasi-static load, but after rupture and in impacts they heat the body: add "
+                 "'displacement 0.1' there, or check the energy balance by fix evp/energy",
+                 who, update->ntimestep, (bigint) by_displacement.id_i,
+                 (bigint) by_displacement.id_j, PASSES * dt / by_displacement.dt);
 }
 
-// Sets opening: |u.(v_i - v_j)| dt <= share xi_s deq, over the pairs that interact or can until the next
-// check; flight and spin do not count here. Sets turning: fix nve/evp resolves the damping of a pair that turns by up
+// Sets by_displacement: |u.(v_i - v_j)| dt <= share xi_s deq, over the pairs that interact or can until the next
+// check; flight and spin do not count here. Sets by_rotation: fix nve/evp resolves the damping of a pair that rotates by up
 // to 0.1 rad. Returns whether a pair of this MPI rank interacts, or approaches and so may at a later check
 bool FixDtEVP::find_fastest(double dt)
 {
@@ -150,16 +148,16 @@ bool FixDtEVP::find_fastest(double dt)
   forward_comm_velocities(velocity);
 
   const double share = is_resolved() ? displacement : PASSES;
-  opening = turning = {NO_LIMIT, 0.0, 0.0};
+  by_displacement = by_rotation = {NO_LIMIT, 0.0, 0.0};
   const PairRules &rules = pair_data->rules();
   bool meets = false;
   for_each_pair(pair_data->packed_pairs(), scene::rows(atom->x), [&](const PlacedPair &p) {
     if (!((atom->mask[p.i] | atom->mask[p.j]) & groupbit)) return;
     const Vector v = vector_of(velocity, p.i) - vector_of(velocity, p.j);
-    const double opening_times_d = dot(p.g, v);
-    if (!p.is_past_cutoff() || opening_times_d < 0.0) meets = true;
+    const double speed_times_d = dot(p.g, v);
+    if (!p.is_past_cutoff() || speed_times_d < 0.0) meets = true;
 
-    const double d = p.distance(), speed = opening_times_d / d;
+    const double d = p.distance(), speed = speed_times_d / d;
     const double acts_from = p.is_bond || !rules.joins()
         ? std::sqrt(p.cutsq)
         : rules.join.within * (atom->radius[p.i] + atom->radius[p.j]);
@@ -170,13 +168,13 @@ bool FixDtEVP::find_fastest(double dt)
         fastest = {allowed, (double) atom->tag[p.i], (double) atom->tag[p.j]};
     };
     const double xi_s = pair_data->xi_s_of(p);
-    if (speed != 0.0) allow(opening, share * xi_s / (p.inv_deq * std::fabs(speed)));
+    if (speed != 0.0) allow(by_displacement, share * xi_s / (p.inv_deq * std::fabs(speed)));
     if (p.is_past_cutoff() || pair_data->implicit_gamma(p) == 0.0) return;
     const double across_sq = dot(v, v) - speed * speed;
-    if (across_sq > 0.0) allow(turning, TURN_PER_STEP * d / std::sqrt(across_sq));
+    if (across_sq > 0.0) allow(by_rotation, ROTATION_PER_STEP * d / std::sqrt(across_sq));
   });
 
-  for (FastestPair *const pair : {&opening, &turning}) {
+  for (FastestPair *const pair : {&by_displacement, &by_rotation}) {
     struct {
       double dt;
       int rank;
@@ -187,7 +185,7 @@ bool FixDtEVP::find_fastest(double dt)
   return meets;
 }
 
-// all that LAMMPS tells of a new timestep, as the timestep command does
+// as the timestep command does
 void FixDtEVP::change_dt(double dt)
 {
   update->update_time();

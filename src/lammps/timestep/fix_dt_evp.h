@@ -12,8 +12,8 @@
 
 namespace LAMMPS_NS {
 
-/// Keeps dt at a fraction of the largest stable timestep, and short enough that no pair turns by much that fix nve/evp
-/// damps, and, where the user asks for it, that none is carried through its threshold strain unresolved.
+/// Keeps dt at a fraction of the largest stable timestep, and short enough that no pair rotates by much that fix
+/// nve/evp damps, and, where the user asks for it, that none passes its threshold strain unresolved.
 class FixDtEVP : public EVP::WithPerAtomComm<Fix> {
  public:
   FixDtEVP(class LAMMPS *, int, char **);
@@ -31,7 +31,8 @@ class FixDtEVP : public EVP::WithPerAtomComm<Fix> {
   double compute_scalar() override { return update->dt; }
   double compute_vector(int n) override
   {
-    const FastestPair &fastest = turning.dt < opening.dt ? turning : opening;
+    const FastestPair &fastest = by_rotation.dt < by_displacement.dt ? by_rotation
+                                                                     : by_displacement;
     return std::array{stable_dt, fastest.dt, (double) limit, fastest.id_i, fastest.id_j}[n];
   }
   double memory_usage() override { return EVP::bytes_of(velocity) + limits.memory_usage(); }
@@ -58,9 +59,10 @@ class FixDtEVP : public EVP::WithPerAtomComm<Fix> {
   double stable_dt = NO_LIMIT;
   // row sums bound the largest stable timestep from below: the ratio to this bound, and the bound, when last by eigenvalues
   double last_ratio = 0.0, last_bound = 0.0;
-  FastestPair opening = {NO_LIMIT, 0.0, 0.0}, turning = opening;    // along and across its axis
+  FastestPair by_displacement = {NO_LIMIT, 0.0, 0.0};    // along its axis
+  FastestPair by_rotation = by_displacement;             // across it
   Limit limit = NOTHING;
-  bool displacement_reported = false, rotation_reported = false;
+  bool displacement_warned = false, rotation_warned = false;
 
   bool is_resolved() const { return displacement < NO_LIMIT; }
   double find_stable_dt();

@@ -27,11 +27,11 @@ void StableTimesteps::linearise(const PairData &pair_data, const FreeAtoms &free
 {
   stiffest = -1.0;
   all_converged = true;
-  note_atoms(free);
+  set_atoms(free);
   implicit_groupbits = pair_data.implicit_groupbits();
   linear.with_densities = false;
   linear.nreact = pair_data.packed_pairs().nreact;
-  note_pairs(pair_data);
+  set_pairs(pair_data);
   pair_data.effects.for_each([this](Effect &one) {
     one.add_stiffness(linear);
   });
@@ -51,7 +51,7 @@ void StableTimesteps::linearise(const PairData &pair_data, const FreeAtoms &free
   any_undamped = on_any(undamped, world);
 }
 
-void StableTimesteps::note_atoms(const FreeAtoms &free)
+void StableTimesteps::set_atoms(const FreeAtoms &free)
 {
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
   linear.inverse_mass.assign(nall, 0.0);
@@ -67,7 +67,7 @@ void StableTimesteps::note_atoms(const FreeAtoms &free)
     }
 }
 
-void StableTimesteps::note_pairs(const PairData &pair_data)
+void StableTimesteps::set_pairs(const PairData &pair_data)
 {
   linear.links.clear();
   linear.density_links.clear();

@@ -69,8 +69,8 @@ class StableTimesteps : protected Pointers {
   static double root_of(double a, double b);
   double highest_row_sum(const StiffnessMatrix::Mix &) const;
   double implicit_dt(double lambda_axial, double lambda_rest, double undamped) const;
-  void note_atoms(const FreeAtoms &);
-  void note_pairs(const PairData &);
+  void set_atoms(const FreeAtoms &);
+  void set_pairs(const PairData &);
   double largest_eigenvalue(const StiffnessMatrix::Mix &);
   double lambda_k();
 };

@@ -608,10 +608,10 @@ void VolumeForces::add_stiffness(StiffnessMatrix &matrix)
       matrix.links.push_back({p.i, p.j, p.direction(), 0.0, 0.0, 0.0});
       matrix.density_links.emplace_back();
     }
-    const double opening = 2.0 * inv_dlim_of * (1.0 - d * inv_dlim_of);
-    matrix.density_links[k] = {opening, 0.0, bond};
+    const double slope = 2.0 * inv_dlim_of * (1.0 - d * inv_dlim_of);
+    matrix.density_links[k] = {slope, 0.0, bond};
     matrix.links[k].axial += std::max(0.0, -2.0 * pull * inv_dlim_of * inv_dlim_of);
-    matrix.links[k].across += pull * opening / d;
+    matrix.links[k].across += pull * slope / d;
   });
   std::tie(leaving, energy_here, strains) = kept;
 }
