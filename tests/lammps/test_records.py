@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from evp import law
 from flowing import MOVE as MOVE_FLOWING
-from flowing import flowing_pair, read_pairs
+from flowing import SPHERE, flowing_pair, read_pairs
 from hostile import refused
 from lammps_run import REFERENCE, write_data
 from library import SHOWN, run_program
@@ -169,7 +169,7 @@ def test_many_spheres_stream(tmp_path, ranks):
     """300 000 lines of spheres, 26 MB as numbers: no MPI rank has them all at once. Their atoms are not there, which is found at the end."""
     text = [f"sphere {k} 0.1 0 0 5 5 0 0 0 0 0 1 0\n" for k in range(501, 300_501)]
     for name, lines in (("one", text[:1]), ("all", text)):
-        (tmp_path / f"{name}.bonds").write_text(f"# EVP bonds COUNT: 0 SPHERES: {len(lines)} UNITS: si\n{''.join(lines)}", encoding="utf-8")
+        (tmp_path / f"{name}.bonds").write_text(f"# EVP bonds COUNT: 0 SPHERES: {len(lines)} COLUMNS: {','.join(SPHERE)} UNITS: si\n{''.join(lines)}", encoding="utf-8")
     program = f"""
 def peak():
     return next(int(line.split()[1]) / 1024 for line in open("/proc/self/status") if line.startswith("VmHWM"))

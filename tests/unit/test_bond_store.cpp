@@ -79,7 +79,7 @@ TEST(BondStore, WordsBringRecordsAndHistoryToAnotherPlace)
     other.clear(1);
     EXPECT_TRUE(other.of(1).empty());
     EXPECT_EQ(other.given(0), 0.25);
-    EXPECT_EQ(other.given(1), BondStore::NOT_GIVEN);
+    EXPECT_EQ(other.given(1), EVP::GivenStrain::NONE);
     expect_same(other.of(0), store.of(2));
     EXPECT_EQ(other.has_flowed(2), with_history);
     EXPECT_FALSE(recorded(with_history).has_flowed(4));

@@ -138,7 +138,7 @@ void PairHistories::share_limits(VolumeForces *volume, bool opens)
     const double p = records->sphere(i).p;
     values[(size_t) 3 * i] = types.limit(atom->type[i])(p, heat ? heat->factor(i) : 1.0);
     values[(size_t) 3 * i + 1] = p;
-    if (volume) values[(size_t) 3 * i + 2] = volume->openness(i, records->volume(i), opens);
+    if (volume) values[(size_t) 3 * i + 2] = volume->openness(i, opens);
   }
   exchange->forward_comm(values);
   limits.resize(lists.nall);

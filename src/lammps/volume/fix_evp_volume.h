@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
+#include "lammps/base/keeps_values.h"
 #include "lammps/base/per_atom.h"
 #include "lammps/volume/volume_forces.h"
 
@@ -12,7 +13,10 @@ namespace LAMMPS_NS {
 
 /// An energy of the volume strain of each atom, by the density of its neighbors. Its forces are in those of the pair style,
 /// its energy is here; what atoms keep for it is with the records of fix evp/bonds.
-class FixEVPVolume : public EVP::WithPerAtomComm<Fix>, public EVP::Shares<EVP::VolumeForces> {
+class FixEVPVolume :
+    public EVP::WithPerAtomComm<Fix>,
+    public EVP::KeepsValues,
+    public EVP::Shares<EVP::VolumeForces> {
  public:
   FixEVPVolume(class LAMMPS *, int, char **);
   ~FixEVPVolume() override { atom->delete_callback(id, Atom::GROW); }
@@ -30,6 +34,12 @@ class FixEVPVolume : public EVP::WithPerAtomComm<Fix>, public EVP::Shares<EVP::V
   double compute_vector(int) override;
 
   std::shared_ptr<EVP::VolumeForces> share() const override { return forces; }
+
+  /// Those that there are stay while the fix has nothing to do.
+  void keep_values(EVP::BondStore &store) override
+  {
+    store.keep<EVP::VolumeRecord>(forces->acts() || store.has<EVP::VolumeRecord>());
+  }
 
   double memory_usage() override { return forces->memory_usage() + EVP::bytes_of(shown); }
   void grow_arrays(int) override;

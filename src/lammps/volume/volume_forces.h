@@ -5,6 +5,7 @@
 #include "core/law/coefficients.h"
 #include "core/pairs/pairs.h"
 #include "core/volume/volume_energy.h"
+#include "core/volume/volume_record.h"
 #include "lammps/base/lammps_names.h"
 #include "lammps/base/scene.h"
 
@@ -89,8 +90,9 @@ class VolumeForces : protected Pointers {
   enum Openness { CLOSED, IS_OPEN, OPENS };
 
   /// Of an own atom, by its record. now: do those that are beyond cavitation open now?
-  Openness openness(int i, const VolumeRecord &own, bool now) const
+  Openness openness(int i, bool now) const
   {
+    const VolumeRecord &own = records[i];
     if (own.reference.is(VolumeReference::OPEN)) return IS_OPEN;
     return now && own.strain > law.cavitation && kv_of(i) > 0.0 ? OPENS : CLOSED;
   }
@@ -167,6 +169,7 @@ class VolumeForces : protected Pointers {
   PerAtomComm &exchange;
   // of the last pack(), in the run and as long as its lists hold
   BondStore *store = nullptr;
+  SphereRecords<VolumeRecord> records;
   const Coefficients *coefficients = nullptr;
 
   using Ends = VolumePasses::Ends;
