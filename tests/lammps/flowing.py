@@ -97,12 +97,12 @@ def read_pairs(path):
     return Pairs(*found.values(), spheres, *counts, columns)
 
 
-def largest_difference(one, other):
-    """Of two bond files, in units of the largest value of each column."""
+def largest_difference(one, other, columns=None):
+    """Of two bond files, in units of the largest value of each column; columns: of spheres, default all."""
     worst = 0.0
     assert (one.ended, one.joined, one.failed, one.columns) == (other.ended, other.joined, other.failed, other.columns)
-    columns = [(one[k], other[k]) for k in range(4)] + [(one.column(name), other.column(name)) for name in one.columns]
-    for own, others in columns:
+    kept = [(one[k], other[k]) for k in range(4)] + [(one.column(name), other.column(name)) for name in columns or one.columns]
+    for own, others in kept:
         assert set(own) == set(others)
         if not others:
             continue

@@ -5,10 +5,8 @@
 
 #include "core/base/seal.h"
 #include "core/bonds/bond_file.h"
-#include "core/heat/heat_record.h"
 #include "core/law/coefficients.h"
 #include "core/law/row_text.h"
-#include "core/volume/volume_record.h"
 
 #include <cmath>
 #include <cstdlib>
@@ -92,8 +90,23 @@ std::string header(int64_t count)
   return EVP::bond_header(header, "si") + "\n";
 }
 
+/// Values of an effect, as bond files may have them.
+struct Example {
+  double level, share, factor, batch, inner;
+
+  static constexpr const char *NAME = "example";
+  static constexpr unsigned NEEDS = EVP::NOTHING_ELSE;
+  static constexpr EVP::SphereValue TABLE[] = {
+      {"level", "1", EVP::BY_BONDS, EVP::Range::ANY, false},
+      {"share", "1", 0.0, EVP::Range::NOT_NEGATIVE, false},
+      {"factor", "1", 1.0, EVP::Range::POSITIVE, true},
+      {"batch_of_it", "1", 0.0, EVP::Range::BATCH, false},
+      {"inner", "energy", 0.0, EVP::Range::NOT_IN_FILES, false}};
+};
+const bool has_example = EVP::add_table<Example>();
+
 const std::string SPHERE_COLUMNS =
-    "plastic_strain,plastic_work,slip,bonds,recorded,rho0,G,gap,torn,lost,batch,volume_strain";
+    "plastic_strain,plastic_work,slip,bonds,recorded,level,share,factor,batch_of_it";
 
 /// Of a file without bonds, with so many spheres that have these values.
 std::string header_of_spheres(int64_t spheres, const std::string &columns = SPHERE_COLUMNS)
@@ -371,8 +384,7 @@ TEST(BondText, ReadsBackToTheLastBit)
 TEST(BondReader, ReadsHeaderAndSpheresBackToTheLastBit)
 {
   const EVP::SphereLine one = {7,
-                               {1.0 / 3.0, 0.1 + 0.2, 1e-9, 12, 13, -1.0 / 3.0, 0.7, 0, 0, 0.125,
-                                2, -0.25}};
+                               {1.0 / 3.0, 0.1 + 0.2, 1e-9, 12, 13, -1.0 / 3.0, 0.7, 0.125, 2}};
   EVP::SphereLine other = one;
   other.id = 9;
   std::istringstream stream(EVP::bond_header({1, EVP::BodyRule::TYPE, 1.3, 0, 2, {5, 3}, {}, {}, SPHERE_COLUMNS}, "si") +
@@ -408,7 +420,7 @@ TEST(BondReader, NamesLineCauseAndFileOfEachDamage)
 {
   const std::string expected = "expected the header '# EVP bonds COUNT: 0 UNITS: si'";
   const std::string path = std::string(300, 'p') + "/body.bonds";
-  const std::string SPHERE = "sphere 1 0 0 0 12 12 -0.5 0.7 0 0 0 1 0\n";
+  const std::string SPHERE = "sphere 1 0 0 0 12 12 -0.5 0.7 2 1\n";
   const std::vector<std::vector<std::string>> cases = {
       {"", "the bond file is empty"},
       {"1 2 0.01\n", "line 1: " + expected},
@@ -435,28 +447,28 @@ TEST(BondReader, NamesLineCauseAndFileOfEachDamage)
       {header(0) + SPHERE, "line 2: expected 'sphere id' and the 0 values that COLUMNS"},
       {header_of_spheres(1, "plastic_strian"),
        "line 1: COLUMNS has 'plastic_strian', which spheres do not keep; they keep ",
-       "plastic_strain, plastic_work, slip", "limit_factor", "rho0, G, gap"},
-      {header_of_spheres(1, "waiting_heat"), "COLUMNS has 'waiting_heat', which spheres do not"},
+       "level, share, factor, batch_of_it, given_strain, plastic_strain, plastic_work, slip"},
+      {header_of_spheres(1, "inner"), "COLUMNS has 'inner', which spheres do not keep"},
       {header_of_spheres(1, "slip,slip"), "line 1: COLUMNS has slip twice"},
       {"# EVP bonds COUNT: 0 BOND_COLUMNS: deq,dqe UNITS: si\n",
        "line 1: BOND_COLUMNS has 'dqe', which bonds do not keep; they keep deq"},
       {EVP::bond_header({0, EVP::BodyRule::ALL, 0.0, 0, 0, {1, 2}}, "si") + "\n",
        "FAILED is a part of ENDED, got FAILED: 2 of ENDED: 1"},
       {header_of_spheres(2) + SPHERE, "holds 1 spheres, its header says 2"},
-      {header_of_spheres(1) + "sphere 1 0.5\n", "line 2: expected 'sphere id' and the 12 values",
+      {header_of_spheres(1) + "sphere 1 0.5\n", "line 2: expected 'sphere id' and the 9 values",
        "got 3 words"},
-      {header_of_spheres(1) + "sphere 0 0 0 0 0 0 0 0 0 0 0 1 0\n", "line 2: id must be",
+      {header_of_spheres(1) + "sphere 0 0 0 0 0 0 0 0 1 1\n", "line 2: id must be",
        "at least 1, got '0'"},
-      {header_of_spheres(1) + "sphere 1 nan 0 0 0 0 0 0 0 0 0 1 0\n",
+      {header_of_spheres(1) + "sphere 1 nan 0 0 0 0 0 0 1 1\n",
        "line 2: plastic_strain must be a finite"},
-      {header_of_spheres(1) + "sphere 1 0 0 0 3.7 0 0 0 0 0 0 1 0\n",
+      {header_of_spheres(1) + "sphere 1 0 0 0 3.7 0 0 0 1 1\n",
        "bonds must be a whole number", "got 3.7"},
-      {header_of_spheres(1) + "sphere 1 0 0 0 0 0 0 -1 0 0 0 1 0\n",
-       "G must be zero or positive, got -1"},
-      {header_of_spheres(1) + "sphere 1 0 0 0 0 0 0 0 0 0.5 0 1 0\n",
-       "torn must be a whole number", "got 0.5"},
-      {header_of_spheres(1, "given_strain,limit_factor") + "sphere 1 -1 0\n",
-       "line 2: limit_factor must be positive, got 0"},
+      {header_of_spheres(1) + "sphere 1 0 0 0 0 0 0 -1 1 1\n",
+       "share must be zero or positive, got -1"},
+      {header_of_spheres(1) + "sphere 1 0 0 0 0 0 0 0 1 0.5\n",
+       "batch_of_it must be a whole number", "got 0.5"},
+      {header_of_spheres(1, "given_strain,factor") + "sphere 1 -1 0\n",
+       "line 2: factor must be positive, got 0"},
       {header_of_spheres(1, "given_strain") + "sphere 1 -0.5\n",
        "line 2: given_strain must be zero or positive, got -0.5"}};
   for (const auto &parts : cases) {

@@ -118,16 +118,15 @@ std::string WriteEVPBonds::lines_of_spheres(const BondStore &records, BondHeader
 {
   const auto &groups = records.all_groups();
   bool needs_all = false;
-  std::vector<std::string> names;
+  std::vector<BondStore::Place> places;
   for (const auto &[effect, group] : groups) {
     needs_all = needs_all || (group->needs & ALL_SPHERES);
-    for (const SphereValue &value : group->lines)
-      if (value.range != Range::NOT_IN_FILES) names.emplace_back(value.name);
-  }
-  std::vector<BondStore::Place> places;
-  for (const std::string &name : names) {
-    places.push_back(records.find_value(name));
-    header.columns += (header.columns.empty() ? "" : ",") + name;
+    for (size_t k = 0; k < group->lines.size(); k++) {
+      const SphereValue &value = group->lines[k];
+      if (value.range == Range::NOT_IN_FILES) continue;
+      places.push_back({group.get(), k});
+      header.columns += (header.columns.empty() ? "" : ",") + std::string(value.name);
+    }
   }
   const auto has_changed = [&](int i) {
     return std::any_of(groups.begin(), groups.end(), [&](const auto &one) {
