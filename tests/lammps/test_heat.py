@@ -536,6 +536,20 @@ def test_temperatures_that_a_restart_lost(lmp):
     refused(lmp(lost, 2), "the temperature of atom 1 is not set (zero)", "after read_restart define fix property/atom first, with the ID that it had")
 
 
+def test_what_is_kept_is_shown_and_in_bond_files(lmp, tmp_path):
+    """What each sphere of a body has of which half is hot, with rates."""
+    state = "compute state all evp/state/atom limit_factor strain_rate latent_heat\ndump state all custom 300 state.dump id c_state[5] c_state[6] c_state[7]\n"
+    two = "set group all temperature 300\ngroup odd id 1:99999:2\nset group odd temperature 500"
+    run = lmp(sheared(group="nobody", temperature=two) + state + "run 300\nwrite_evp_bonds half.bonds\n", 2).ok()
+    end, kept = run.dump("state.dump")[-1], read_pairs(tmp_path / "half.bonds")
+    expected = np.where(end["id"] % 2 == 1, 1.0 - (500.0 - TREF) / (TMELT - TREF), 1.0 - (300.0 - TREF) / (TMELT - TREF))
+    assert end["c_state[5]"] == pytest.approx(expected, rel=1e-4)
+    for name, column in (("limit_factor", 5), ("strain_rate", 6), ("latent_heat", 7)):
+        own = kept.column(name)
+        assert [own[k] for k in end["id"]] == pytest.approx(end[f"c_state[{column}]"], rel=1e-4), name
+    assert max(kept.column("strain_rate").values()) > 0.0, "control"
+
+
 # ---- what goes, comes late, or is not a run ----
 
 

@@ -185,6 +185,18 @@ os.write(1, f"\\nMB {{found[3] - found[1]}} {{found[0] == found[2].replace('all'
         assert float(more) < 10.0 and same == "True" and "names an atom that is not there, or twice" in message, lines
 
 
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_values_of_spheres_by_name(lmp, tmp_path, ranks):
+    """In any order. One of an effect that is not in force is ignored, and a missing one is that at recording."""
+    text = "# EVP bonds COUNT: 1 SPHERES: 1 COLUMNS: recorded,torn,plastic_strain UNITS: si\n1 2 0.0101\nsphere 2 3 1 0.25\n"
+    (tmp_path / "named.bonds").write_text(text, encoding="utf-8")
+    write_data(tmp_path / "two.data", [[0, 0, 0], [0.0101, 0, 0]], [0.005] * 2, [[-0.01, 0.06]] * 3)
+    flows = flowing_pair(kv=0, fix="fix bonds all evp/bonds file named.bonds")
+    lmp(head(start="read_data two.data") + flows + "run 0\nwrite_evp_bonds again.bonds\n", ranks).ok()
+    again = read_pairs(tmp_path / "again.bonds")
+    assert again.columns == tuple(SPHERE[:5]) and again.spheres == {2: (0.25, 0.0, 0.0, 1.0, 3.0)}
+
+
 # ---- restart and data files ----
 
 
