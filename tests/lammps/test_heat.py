@@ -578,6 +578,26 @@ def test_gone_between_runs(lmp, then):
     lmp(f"{text}run 20\nunfix heat\n{then}\n").ok()
 
 
+@pytest.mark.parametrize("order", ["bonds first", "heat first"])
+def test_another_fix_does_not_take_over_what_waits(lmp, order):
+    """A fix of another ID after a restart, and one after unfix, whose accounts begin with nothing; in whatever order the two fixes are defined."""
+    bonds, heat = "fix bonds all evp/bonds\n", "fix heat all evp/heat every 50\n"
+    text = sheared() + "run 575\n"
+    again = sheared(start="read_restart state.rst").replace(heat, "")
+    if order == "heat first":
+        text, again = (one.replace(heat, "").replace(bonds, heat + bonds) for one in (text, again.replace(bonds, bonds + heat)))
+    else:
+        again = again.replace(bonds, bonds + heat)
+    lmp(text + "write_restart state.rst\n", 2).ok()
+    waits = lmp(again + "run 0\n", 2).ok().thermo()
+    assert waits["f_heat[4]"][0] > 0.0 and abs(waits["f_heat"][0]) < ACCOUNT * waits["f_heat[1]"][0]
+    other = lmp(again.replace("fix heat", "fix warm").replace("f_heat", "f_warm") + "run 60\n", 2).ok().thermo()
+    assert [other[f"f_warm[{k}]"][0] for k in (1, 2, 3, 4, 5)] == [0.0] * 5 and other["f_warm[1]"][-1] > 0.0
+    assert abs(other["f_warm"][-1]) < ACCOUNT * other["f_warm[1]"][-1]
+    undone = lmp(again + "run 10\nunfix heat\n" + heat + "run 60\n", 1).ok().thermo(-1)
+    assert undone["f_heat[1]"][0] == undone["f_heat[4]"][0] == 0.0 and abs(undone["f_heat"][-1]) < ACCOUNT * undone["f_heat[1]"][-1]
+
+
 def test_ghosts_that_are_others_between_runs(lmp):
     """More of them, for the restart file: nothing is brought home from these."""
     run = lmp(sheared() + f"run 60\n{LAST}comm_modify vel yes cutoff 0.022\nwrite_restart state.rst\n" + LAST).ok()

@@ -164,7 +164,8 @@ class BondReader {
   std::string file;
   int64_t bonds = 0, contacts = 0, nspheres = 0, line_number = 0;
   std::vector<const SphereValue *> columns;
-  std::vector<const BondValue *> bond_columns = {&BOND_VALUES[0]};
+  static constexpr const BondValue *DEQ = &BOND_VALUES[0];
+  std::vector<const BondValue *> bond_columns = {DEQ};
 
   /// Takes a word of the header and its value, false if it is none of those that may be left out.
   bool add_keyword(const std::string &word, const std::string &value)
@@ -252,40 +253,48 @@ class BondReader {
     return std::stoll(word);
   }
 
-  // A name that nobody knows may be a slip. Throws BadInput
   void take_columns(const std::string &word)
   {
     std::string known;
     for (const auto &[group, table] : sphere_tables())
       known += (known.empty() ? "" : ", ") + names_of(table, ", ", is_in_files);
-    for (const std::string &name : split_columns(word)) {
-      const SphereValue *const value = find_sphere_value(name);
-      if (!value || !is_in_files(*value))
-        throw BadInput("COLUMNS has '" + shown(name) + "', which spheres do not keep; they keep " +
-                       known);
-      if (std::find(columns.begin(), columns.end(), value) != columns.end())
-        throw BadInput("COLUMNS has " + name + " twice");
-      columns.push_back(value);
-    }
+    columns = find_all<SphereValue>("COLUMNS", word, "spheres do not keep; they keep " + known,
+                                    [](const std::string &name) {
+                                      const SphereValue *const value = find_sphere_value(name);
+                                      return value && is_in_files(*value) ? value : nullptr;
+                                    });
     header.columns = word;
   }
   static bool is_in_files(const SphereValue &value) { return value.range != Range::NOT_IN_FILES; }
 
   void take_bond_columns(const std::string &word)
   {
-    bond_columns.clear();
-    for (const std::string &name : split_columns(word)) {
-      const auto *const value =
-          std::find_if(std::begin(BOND_VALUES), std::end(BOND_VALUES), [&](const BondValue &one) {
-            return name == one.name;
-          });
-      if (value == std::end(BOND_VALUES))
-        throw BadInput("BOND_COLUMNS has '" + shown(name) +
-                       "', which bonds do not keep; they keep " + names_of(BOND_VALUES, ", "));
-      bond_columns.push_back(value);
-    }
-    if (std::find(bond_columns.begin(), bond_columns.end(), &BOND_VALUES[0]) == bond_columns.end())
+    const std::string rule = "bonds do not keep; they keep " + names_of(BOND_VALUES, ", ");
+    bond_columns = find_all<BondValue>("BOND_COLUMNS", word, rule, [](const std::string &name) {
+      const auto *const end = std::end(BOND_VALUES),
+                        *const at =
+                            std::find_if(std::begin(BOND_VALUES), end, [&](const BondValue &one) {
+                              return name == one.name;
+                            });
+      return at == end ? nullptr : at;
+    });
+    if (std::count(bond_columns.begin(), bond_columns.end(), DEQ) == 0)
       throw BadInput("BOND_COLUMNS lacks deq");
+  }
+
+  // Those of these names. One that nobody knows may be a slip. Throws BadInput
+  template <class Value, class F>
+  static std::vector<const Value *> find_all(const std::string &key, const std::string &word,
+                                             const std::string &rule, F &&find)
+  {
+    std::vector<const Value *> found;
+    for (const std::string &name : split_columns(word)) {
+      found.push_back(find(name));
+      if (!found.back()) throw BadInput(key + " has '" + shown(name) + "', which " + rule);
+      if (std::count(found.begin(), found.end(), found.back()) > 1)
+        throw BadInput(key + " has " + name + " twice");
+    }
+    return found;
   }
 
   SphereLine parse_sphere(const std::vector<std::string> &words) const
@@ -312,7 +321,8 @@ class BondReader {
          {Remembered::CONTACT, Remembered::APART, Remembered::INSIDE, Remembered::JOINED})
       if (words[0] == REMEMBERED[kind]) pair.kind = kind;
     if (pair.kind != BondLine::BOND) words.erase(words.begin());
-    const auto columns = pair.is_bond() ? bond_columns : std::vector{&BOND_VALUES[0]};
+    static const std::vector deq_alone = {DEQ};
+    const auto &columns = pair.is_bond() ? bond_columns : deq_alone;
     if (words.size() != 2 + columns.size()) {
       std::string expected = "id_i id_j";
       for (const BondValue *const value : columns) expected += std::string(" ") + value->name;
