@@ -11,11 +11,11 @@ ROW = law.TABLE1._replace(xi_s=0.004)
 KV = 500.0
 BREAK = 0.3  # plastic strain at failure
 BONDS = "fix bonds all evp/bonds zone 1.1"  # the next neighbors are contacts, and some of them are pushed
-SPHERE = "p work slip bonds recorded rho0 G gap torn lost batch strain".split()
+SPHERE = "plastic_strain plastic_work slip bonds recorded rho0 G gap torn lost batch volume_strain".split()  # with fix evp/volume
 
 
 class Pairs(NamedTuple):
-    """A bond file: {(id_i, id_j): deq}, lower ID first; spheres {id: values in the order of SPHERE}; ended, joined, failed: bonds."""
+    """A bond file: {(id_i, id_j): deq}, lower ID first; spheres {id: values in the order of columns}; ended, joined, failed: bonds."""
 
     bonds: dict
     contacts: dict
@@ -25,10 +25,11 @@ class Pairs(NamedTuple):
     ended: int
     joined: int = 0
     failed: int = 0  # of those that ended
+    columns: tuple = ()  # names
 
     def column(self, name):
         """{id: value} of what spheres keep."""
-        return {sphere: values[SPHERE.index(name)] for sphere, values in self.spheres.items()}
+        return {sphere: values[self.columns.index(name)] for sphere, values in self.spheres.items()}
 
 
 def flowing_pair(contact="repulsive", broken=BREAK, row=ROW, kv=KV, fix=BONDS, plasticity="isotropic"):
@@ -92,15 +93,16 @@ def read_pairs(path):
         found[kind][key] = float(words[2])
     words = header.split()
     counts = (int(words[words.index(key) + 1]) if key in words else 0 for key in ("ENDED:", "JOINED:", "FAILED:"))
-    return Pairs(*found.values(), spheres, *counts)
+    columns = tuple(words[words.index("COLUMNS:") + 1].split(",")) if "COLUMNS:" in words else ()
+    return Pairs(*found.values(), spheres, *counts, columns)
 
 
-def largest_difference(one, other):
-    """Of two bond files, in units of the largest value of each column."""
+def largest_difference(one, other, columns=None):
+    """Of two bond files, in units of the largest value of each column; columns: of spheres, default all."""
     worst = 0.0
-    assert (one.ended, one.joined, one.failed) == (other.ended, other.joined, other.failed)
-    columns = [(one[k], other[k]) for k in range(4)] + [(one.column(name), other.column(name)) for name in SPHERE]
-    for own, others in columns:
+    assert (one.ended, one.joined, one.failed, one.columns) == (other.ended, other.joined, other.failed, other.columns)
+    kept = [(one[k], other[k]) for k in range(4)] + [(one.column(name), other.column(name)) for name in columns or one.columns]
+    for own, others in kept:
         assert set(own) == set(others)
         if not others:
             continue

@@ -33,7 +33,8 @@ STIFFER = "plasticity isotropic needs a 'flow' table, or a second regime less st
 HEAD = b"# DATE: 2026-01-01 UNITS: si CITATION: none\n"
 ROWS = HEAD + f"a {ROW}\nb 50 6 3 5 8 4 0.01 0 1.4 spacing 0.009 coordination 12\n".encode()
 GARBAGE = random.Random(20170515).randbytes(4000)
-WHOLE, SPHERE = "1 2 0.0101", "sphere {} 0.1 0.5 0 5 5 0 0 0 0 0 1 0"
+WHOLE, SPHERE = "1 2 0.0101", "sphere {} 0.1 0.5 0 5 5"
+COLUMNS = " COLUMNS: plastic_strain,plastic_work,slip,bonds,recorded"
 
 
 def bonds(*lines, count=None, header=""):
@@ -49,8 +50,8 @@ FILES = {
     "self.bonds": bonds("2 2 0.0101"), "unknown.bonds": bonds("1 13 0.0101"), "wraps.bonds": bonds("1 4294967298 0.0101"),
     "turned.bonds": bonds("1 2 0.0101", "2 1 0.0102"), "late.bonds": bonds("1 2 0.0101", *LATE, "1 2 0.0101", count=2), "group.bonds": bonds("1 2 0.0101", "3 4 0.0101"),
     "contact.bonds": bonds("contact 1 13 0.01", count=0, header=" CONTACTS: 1"), "older.bonds": bonds("1 2 0.0101 0 0 0 0"),
-    "flowed.bonds": bonds(WHOLE, SPHERE.format(1), count=1, header=" SPHERES: 1"), "pushed.bonds": bonds("contact 1 2 0.0099", count=0, header=" CONTACTS: 1"),
-    "sphere.bonds": bonds(SPHERE.format(13), count=0, header=" SPHERES: 1"), "spheres.bonds": bonds(SPHERE.format(1), SPHERE.format(1), count=0, header=" SPHERES: 2"),
+    "flowed.bonds": bonds(WHOLE, SPHERE.format(1), count=1, header=" SPHERES: 1" + COLUMNS), "pushed.bonds": bonds("contact 1 2 0.0099", count=0, header=" CONTACTS: 1"),
+    "sphere.bonds": bonds(SPHERE.format(13), count=0, header=" SPHERES: 1" + COLUMNS), "spheres.bonds": bonds(SPHERE.format(1), SPHERE.format(1), count=0, header=" SPHERES: 2" + COLUMNS),
     "broken.bonds": bonds("apart 1 2 0.01", count=0, header=" CONTACTS: 1 ENDED: 1"), "one.bonds": bonds("1 2 0.0101"), "three.bonds": bonds("3 4 0.0101"),
     "type.bonds": bonds("1 2 0.0101", header=" WITHIN: type"), "molecule.bonds": bonds("1 2 0.0101", header=" WITHIN: molecule"),
     "body.bonds": bonds("1 2 0.0101", header=" WITHIN: body"),
@@ -140,7 +141,7 @@ WORDS = {
         ("20 0.4 displacement", "keyword displacement needs a value")]),
     NVE + "fix energy {}": ("move", [("all evp/energy 5", "unexpected argument '5'"), ("one evp/energy", "needs group all")]),
     "compute s all evp/{}": ("then", [
-        ("dt 3", "Compute s evp/dt: unexpected argument '3'"), ("state/atom x", "Compute s evp/state/atom: unknown keyword 'x'; it takes plastic_work"),
+        ("dt 3", "Compute s evp/dt: unexpected argument '3'"), ("state/atom x", "Compute s evp/state/atom: unknown keyword 'x'; it takes volume_strain, von_mises, triaxiality, bonds_now, "),
         ("state/atom von_mises", "von_mises needs 'fraction'"), ("state/atom von_mises fraction", "keyword fraction needs a value"),
         ("state/atom von_mises fraction 1.1", "fraction must be above 0 and at most 1")]),
     "read_evp_row {}": ("then", [
@@ -403,7 +404,7 @@ LEGAL = [  # scene, what it prints, f_bonds and f_bonds[5]
 LEGAL_FILES = {
     "crlf.evp": ROWS.replace(b"\n", b"\r\n")[:-2], "none.bonds": bonds(), "far.bonds": bonds("1 12 0.0101"),
     "whole.bonds": bonds(WHOLE, "2 3 0.0101"),
-    "left.bonds": bonds(WHOLE, "contact 3 2 0.0099", SPHERE.format(2), count=1, header=" CONTACTS: 1 ENDED: 1 SPHERES: 1"),
+    "left.bonds": bonds(WHOLE, "contact 3 2 0.0099", SPHERE.format(2), count=1, header=" CONTACTS: 1 ENDED: 1 SPHERES: 1" + COLUMNS),
     **{name: FILES[name] for name in ("one.bonds", "flowed.bonds", "broken.bonds", "pushed.bonds", "type.bonds", "molecule.bonds")},
 }
 
@@ -434,7 +435,7 @@ PLASTIC, TEARING, FORGETFUL = (f"{style}\n{COEFF}{ROW}" for style in (FLOWS, STY
 
 
 PROPERTY, HEAT = "fix properties all property/atom temperature heatflow ghost yes\n", "\nfix heat all evp/heat every 10\n"
-HEAT_DAMAGED, WARMTH_DAMAGED = "Fix heat evp/heat: its section of the restart file is damaged", "Fix heat evp/heat: the heat of atom 1 in the restart file is damaged"
+HEAT_DAMAGED = "Fix heat evp/heat: its section of the restart file is damaged"
 
 
 @pytest.fixture(scope="module")
@@ -488,11 +489,11 @@ def sections(content):
     row = settings + 8 * (10 + 1 + 1)  # numbers, the ID of the fix, the seal
     found = [(settings, row, SETTINGS_DAMAGED), (row, row + 91 * 8, "Pair evp/lj: the restart file is damaged in the coefficients of types 1 and 1")]
     atom = at_record(content) - 8
-    for style, of_fix, of_atom in ((b"evp/bonds", FIX_DAMAGED, ATOM_DAMAGED), (b"evp/heat", HEAT_DAMAGED, WARMTH_DAMAGED)):
+    found.append((atom, atom + 8 * int(struct.unpack_from("<d", content, atom)[0]), ATOM_DAMAGED))
+    for style, of_fix in ((b"evp/bonds", FIX_DAMAGED), (b"evp/heat", HEAT_DAMAGED)):
         if style + b"\0" in content:
-            fix, end = after(content, style), atom + 8 * int(struct.unpack_from("<d", content, atom)[0])
-            found += [(fix + 4, fix + 4 + struct.unpack_from("<i", content, fix)[0], of_fix), (atom, end, of_atom)]
-            atom = end
+            fix = after(content, style)
+            found.append((fix + 4, fix + 4 + struct.unpack_from("<i", content, fix)[0], of_fix))
     return found
 
 
@@ -515,7 +516,7 @@ def test_each_damaged_number_of_a_restart_file(saved, tmp_path, name):
     program = f"for number in range({len(cases)}):\n    tell('clear', LOAD)\n    os.replace(f'{{number}}.restart', 'r.restart')\n    say('case', number, tell({again!r}))\n"
     run = run_program(program, tmp_path)
     lines = [line.split(maxsplit=2)[2] for line in run.stdout.splitlines() if line.startswith("case ")]
-    assert run.returncode == 0 and len(lines) == len(cases) > (120 if name == "warms" else 80)
+    assert run.returncode == 0 and len(lines) == len(cases) > (100 if name == "warms" else 80)
     wrong = [(text, word, line) for (_, text, word), line in zip(cases, lines) if text not in line]
     assert not wrong, wrong[:5]
 

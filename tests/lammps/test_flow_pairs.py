@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from evp import law
 from oracle import metal
-from flowing import BONDS, KV, MOVE, SHAKE, SPHERE, assert_flowed, flowing_pair, largest_difference, lead, read_pairs
+from flowing import BONDS, KV, MOVE, SHAKE, assert_flowed, flowing_pair, largest_difference, lead, read_pairs
 from flowing import ROW as FLOWING
 from lammps_run import read_csv, write_state
 from small_bodies import dump, energies, grips, head, mass_of, pair, thermo, turn_about, words, write_body, write_two
@@ -105,9 +105,9 @@ def test_a_body_of_two_types(lmp, tmp_path, small, contact, broken, newton, rank
     assert np.abs(last.x - body.x).max() < 1e-10 and np.abs(last.v - body.v).max() < 1e-8 * np.abs(body.v).max()
     for own, wanted in ((pairs.bonds, body.records()), (pairs.contacts, body.records(bonds=False))):
         assert own == pytest.approx(wanted, rel=1e-8)
-    assert list(pairs.column("p").values()) and (pairs.ended, pairs.joined) == (body.ended, body.joined)
+    assert list(pairs.column("plastic_strain").values()) and (pairs.ended, pairs.joined) == (body.ended, body.joined)
     assert set(pairs.inside) == body.inside_pairs() and (body.joined > 3) == contact.startswith("join")
-    for name, values in (("p", body.p), ("work", body.work), ("slip", body.slip), ("bonds", body.count)):
+    for name, values in (("plastic_strain", body.p), ("plastic_work", body.work), ("slip", body.slip), ("bonds", body.count)):
         own = pairs.column(name)
         assert np.array([own[k] for k in sorted(own)]) == pytest.approx(values, rel=1e-7, abs=1e-9 * values.max()), name
     for entry, value, relative in (("plastic", body.dissipated, 1e-7), ("ended", body.lost, 1e-7), ("dissipated", body.viscous, 1e-3)):
@@ -130,10 +130,10 @@ def test_a_plastic_strain_that_is_given(lmp, tmp_path, small, ranks, newton):
     run = lmp(text, ranks).ok()
     x, y0 = run.dump("all.dump")[-1].x, FLOWING.xi_s
     before, waits, after = (read_pairs(tmp_path / f"{name}.bonds") for name in ("before", "waits", "after"))
-    assert all(values[len(SPHERE):] == ((0.0,) if k % 2 else ()) for k, values in waits.spheres.items()), "what waits is in the file"
-    p, p_before = after.column("p"), before.column("p")
+    assert all(value == (0.0 if k % 2 else -1.0) for k, value in waits.column("given_strain").items()), "what waits is in the file"
+    p, p_before = after.column("plastic_strain"), before.column("plastic_strain")
     assert all(p[k] == (0.0 if k % 2 else pytest.approx(p_before[k], abs=0.01)) for k in p) and max(p_before.values()) > 0.05
-    assert read_pairs(tmp_path / "later.bonds").column("p") == pytest.approx(p, abs=1e-12)
+    assert read_pairs(tmp_path / "later.bonds").column("plastic_strain") == pytest.approx(p, abs=1e-12)
     returned = 0
     for (i, j), deq in before.bonds.items():
         r = np.linalg.norm(x[i - 1] - x[j - 1]) / deq
@@ -173,7 +173,7 @@ def test_a_plastic_strain_that_waits(lmp, tmp_path, small, ranks, newton):
             first, text = text.split("clear\n")
             lmp(first, ranks % 3 + 1).ok()
         lmp(text + "run 0\nrun 1\nwrite_evp_bonds end.bonds\n", ranks).ok()
-        found = read_pairs(tmp_path / "end.bonds").column("p")
+        found = read_pairs(tmp_path / "end.bonds").column("plastic_strain")
         assert {k: p for k, p in found.items() if p} == {k: 0.1 if k < 6 else 0.2 for k in range(1, 16)}, name
 
 
@@ -190,7 +190,7 @@ def test_a_plastic_strain_that_is_given_before_a_minimization(lmp, tmp_path, sma
         assert "Stopping criterion = force tolerance" in run.stdout
         before, after = (read_pairs(tmp_path / f"{name}.bonds") for name in ("before", "after"))
         flowed.append(sum(after.bonds[key] != deq for key, deq in before.bonds.items()))
-        assert not given or set(after.column("p").values()) == {0.05}
+        assert not given or set(after.column("plastic_strain").values()) == {0.05}
     assert flowed[0] == 0 < 5 < flowed[1]
 
 
@@ -302,7 +302,7 @@ def test_a_hundred_cycles_below_yield_leave_nothing(lmp_decks, bar):
     runs = lmp_decks({**decks, "control": cycles(3e-4, 0.4, 3)})
     for fraction in decks:
         before, after = before_and_after(runs[fraction])
-        assert before == after and set(after.column("work").values()) <= {0.0}, fraction
+        assert before == after and set(after.column("plastic_work").values()) <= {0.0}, fraction
     before, after = before_and_after(runs["control"])
     assert max(abs(after.bonds[key] / deq - 1.0) for key, deq in before.bonds.items() if key in after.bonds) > 1e-3, "control: a hundred times as far it yields"
 

@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 from evp import law
-from flowing import largest_difference, read_pairs
+from flowing import SPHERE, largest_difference, read_pairs
 from heated import ACCOUNT, ENTRIES, GRANULAR, JOIN, LAST, LAYER, PROPERTIES, RATE, ROW, SOFTEN, TMELT, TREF, assert_closes, hot_on_cold, last, lost_and_heat, plate, rubbing, sheared, stretched
 from hostile import PARTS, refused, scene
 from lammps_run import REFERENCE, run_lammps, write_data
@@ -186,7 +186,7 @@ def test_a_hot_body_is_one_with_a_lower_limit(lmp, tmp_path, ranks, newton):
         run = lmp(sheared(group="nobody", newton=newton, **choices) + f"run 500\nwrite_evp_bonds {name}.bonds\n" + LAST, ranks).ok()
         ends[name] = read_pairs(tmp_path / f"{name}.bonds")
         assert last(run)[0] == pytest.approx(0.0, abs=ACCOUNT * last(run)[1]) and last(run)[3] == 0.0
-    assert largest_difference(ends["hot"], ends["cold"]) < 1e-9 and max(ends["hot"].column("p").values()) > 0.01
+    assert largest_difference(ends["hot"], ends["cold"], SPHERE) < 1e-9 and max(ends["hot"].column("plastic_strain").values()) > 0.01
 
 
 def test_stress_is_that_of_the_softened_limit(lmp_decks):
@@ -536,6 +536,20 @@ def test_temperatures_that_a_restart_lost(lmp):
     refused(lmp(lost, 2), "the temperature of atom 1 is not set (zero)", "after read_restart define fix property/atom first, with the ID that it had")
 
 
+def test_what_is_kept_is_shown_and_in_bond_files(lmp, tmp_path):
+    """What each sphere of a body has of which half is hot, with rates."""
+    state = "compute state all evp/state/atom limit_factor strain_rate latent_heat\ndump state all custom 300 state.dump id c_state[5] c_state[6] c_state[7]\n"
+    two = "set group all temperature 300\ngroup odd id 1:99999:2\nset group odd temperature 500"
+    run = lmp(sheared(group="nobody", temperature=two) + state + "run 300\nwrite_evp_bonds half.bonds\n", 2).ok()
+    end, kept = run.dump("state.dump")[-1], read_pairs(tmp_path / "half.bonds")
+    expected = np.where(end["id"] % 2 == 1, 1.0 - (500.0 - TREF) / (TMELT - TREF), 1.0 - (300.0 - TREF) / (TMELT - TREF))
+    assert end["c_state[5]"] == pytest.approx(expected, rel=1e-4)
+    for name, column in (("limit_factor", 5), ("strain_rate", 6), ("latent_heat", 7)):
+        own = kept.column(name)
+        assert [own[k] for k in end["id"]] == pytest.approx(end[f"c_state[{column}]"], rel=1e-4), name
+    assert max(kept.column("strain_rate").values()) > 0.0, "control"
+
+
 # ---- what goes, comes late, or is not a run ----
 
 
@@ -562,6 +576,26 @@ def test_gone_between_runs(lmp, then):
     """Nobody calls it after that."""
     text = sheared(gamma=2e4, integrate="nve/evp").replace(ENTRIES, "")
     lmp(f"{text}run 20\nunfix heat\n{then}\n").ok()
+
+
+@pytest.mark.parametrize("order", ["bonds first", "heat first"])
+def test_another_fix_does_not_take_over_what_waits(lmp, order):
+    """A fix of another ID after a restart, and one after unfix, whose accounts begin with nothing; in whatever order the two fixes are defined."""
+    bonds, heat = "fix bonds all evp/bonds\n", "fix heat all evp/heat every 50\n"
+    text = sheared() + "run 575\n"
+    again = sheared(start="read_restart state.rst").replace(heat, "")
+    if order == "heat first":
+        text, again = (one.replace(heat, "").replace(bonds, heat + bonds) for one in (text, again.replace(bonds, bonds + heat)))
+    else:
+        again = again.replace(bonds, bonds + heat)
+    lmp(text + "write_restart state.rst\n", 2).ok()
+    waits = lmp(again + "run 0\n", 2).ok().thermo()
+    assert waits["f_heat[4]"][0] > 0.0 and abs(waits["f_heat"][0]) < ACCOUNT * waits["f_heat[1]"][0]
+    other = lmp(again.replace("fix heat", "fix warm").replace("f_heat", "f_warm") + "run 60\n", 2).ok().thermo()
+    assert [other[f"f_warm[{k}]"][0] for k in (1, 2, 3, 4, 5)] == [0.0] * 5 and other["f_warm[1]"][-1] > 0.0
+    assert abs(other["f_warm"][-1]) < ACCOUNT * other["f_warm[1]"][-1]
+    undone = lmp(again + "run 10\nunfix heat\n" + heat + "run 60\n", 1).ok().thermo(-1)
+    assert undone["f_heat[1]"][0] == undone["f_heat[4]"][0] == 0.0 and abs(undone["f_heat"][-1]) < ACCOUNT * undone["f_heat[1]"][-1]
 
 
 def test_ghosts_that_are_others_between_runs(lmp):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from evp import law
 from flowing import ROW as FLOWING
-from flowing import SHAKE, largest_difference, read_pairs
+from flowing import SHAKE, SPHERE, largest_difference, read_pairs
 from lammps_run import REPOSITORY, run_lammps, thermo_blocks, write_data, write_state
 from oracle import metal
 from robust import LEDGER_SHARE
@@ -368,7 +368,7 @@ def test_a_pressed_bond_that_fails(lmp, tmp_path, within, types, torn):
     shares = {pair: 1.0 - d / 0.015 for pair, d in deq.items()}
     density, slope = ([sum(f(t) for pair, t in shares.items() if i in pair) for i in range(6)] for f in (lambda t: t * t, lambda t: 2.0 / 3.0 * t * (1.0 - t)))
     spheres = [f"sphere {i + 1} 0.0999 0 0.01 3 3 {density[i]:.17g} {slope[i]:.17g} 0.001 {torn} 0 1 0\n" for i in range(6)]
-    header = f"# EVP bonds COUNT: {len(deq)}{' WITHIN: type' * bool(within)} JOIN_ALL: 1.2 SPHERES: 6 UNITS: si\n"
+    header = f"# EVP bonds COUNT: {len(deq)}{' WITHIN: type' * bool(within)} JOIN_ALL: 1.2 SPHERES: 6 COLUMNS: {','.join(SPHERE)} UNITS: si\n"
     (tmp_path / "held.bonds").write_text(header + "".join(f"{i + 1} {j + 1} {d:.17g}\n" for (i, j), d in deq.items()) + "".join(spheres), encoding="utf-8")
     write_data(tmp_path / "body.data", x, [0.005] * 6, [[-0.02, 0.04]] * 3, types)
     text = head() + pair(FLOWING._replace(gamma=0.0, xi_s=0.1), "join 1.2 all plasticity isotropic break 0.1", "fix bonds all evp/bonds file held.bonds")

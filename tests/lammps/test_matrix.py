@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from evp import law
-from flowing import SHAKE, SPHERE, read_pairs
+from flowing import SHAKE, read_pairs
 from lammps_run import run_decks, run_lammps
 from small_bodies import SPACING, STIR, check_forces, dump, head, lattice_body, mass_of, record, thermo, words, write_body
 
@@ -124,7 +124,8 @@ def end_of(run):
         own = getattr(pairs, kind)
         found[kind] = np.array(sorted(own), dtype=float)
         columns = np.array([np.atleast_1d(own[key]) for key in sorted(own)]).T if own else ()
-        found.update({f"{kind} {SPHERE[k]}": column for k, column in enumerate(columns)})
+        names = pairs.columns if kind == "spheres" else ("deq",)
+        found.update({f"{kind} {name}": column for name, column in zip(names, columns)})
     return found, (run.folder / "end.bonds").read_text(encoding="utf-8").partition("\n")[0].partition("WITHIN")[2]
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from evp import law
 from flowing import MOVE as MOVE_FLOWING
-from flowing import flowing_pair, read_pairs
+from flowing import SPHERE, flowing_pair, read_pairs
 from hostile import refused
 from lammps_run import REFERENCE, write_data
 from library import SHOWN, run_program
@@ -169,7 +169,7 @@ def test_many_spheres_stream(tmp_path, ranks):
     """300 000 lines of spheres, 26 MB as numbers: no MPI rank has them all at once. Their atoms are not there, which is found at the end."""
     text = [f"sphere {k} 0.1 0 0 5 5 0 0 0 0 0 1 0\n" for k in range(501, 300_501)]
     for name, lines in (("one", text[:1]), ("all", text)):
-        (tmp_path / f"{name}.bonds").write_text(f"# EVP bonds COUNT: 0 SPHERES: {len(lines)} UNITS: si\n{''.join(lines)}", encoding="utf-8")
+        (tmp_path / f"{name}.bonds").write_text(f"# EVP bonds COUNT: 0 SPHERES: {len(lines)} COLUMNS: {','.join(SPHERE)} UNITS: si\n{''.join(lines)}", encoding="utf-8")
     program = f"""
 def peak():
     return next(int(line.split()[1]) / 1024 for line in open("/proc/self/status") if line.startswith("VmHWM"))
@@ -183,6 +183,18 @@ os.write(1, f"\\nMB {{found[3] - found[1]}} {{found[0] == found[2].replace('all'
     assert len(lines) == ranks
     for _, more, same, message in lines:
         assert float(more) < 10.0 and same == "True" and "names an atom that is not there, or twice" in message, lines
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_values_of_spheres_by_name(lmp, tmp_path, ranks):
+    """In any order. One of an effect that is not in force is ignored, and a missing one is that at recording."""
+    text = "# EVP bonds COUNT: 1 SPHERES: 1 COLUMNS: recorded,torn,plastic_strain UNITS: si\n1 2 0.0101\nsphere 2 3 1 0.25\n"
+    (tmp_path / "named.bonds").write_text(text, encoding="utf-8")
+    write_data(tmp_path / "two.data", [[0, 0, 0], [0.0101, 0, 0]], [0.005] * 2, [[-0.01, 0.06]] * 3)
+    flows = flowing_pair(kv=0, fix="fix bonds all evp/bonds file named.bonds")
+    lmp(head(start="read_data two.data") + flows + "run 0\nwrite_evp_bonds again.bonds\n", ranks).ok()
+    again = read_pairs(tmp_path / "again.bonds")
+    assert again.columns == tuple(SPHERE[:5]) and again.spheres == {2: (0.25, 0.0, 0.0, 1.0, 3.0)}
 
 
 # ---- restart and data files ----

@@ -92,7 +92,7 @@ def scene_of(case):
         bonds = {pair: deq for pair, deq in bonds.items() if sum(pair) % 7}
         bonds = {(i, j): deq * (1.0 if (i + j) % 3 == 0 else 1.0 + 0.015 * np.sin(1.7 * i + 2.9 * j)) for (i, j), deq in bonds.items()}
         counts = np.bincount(np.array(list(bonds)).ravel(), minlength=len(x) + 1)
-        spheres = [f"sphere {k} {0.02 * (k % 4)} 0.25 1e-4 {counts[k]} {counts[k]} 0 0 0 0 0 0 0\n" for k in range(1, len(x) + 1)]
+        spheres = [f"sphere {k} {0.02 * (k % 4)} 0.25 1e-4 {counts[k]} {counts[k]}\n" for k in range(1, len(x) + 1)]
     return Scene(body, rng.uniform(-100.0, 100.0, x.shape), bonds, spheres)
 
 
@@ -104,7 +104,7 @@ def write(folder, case, scene):
         out.write("\nVelocities\n\n")
         out.writelines(f"{k} {' '.join(f'{value:.17g}' for value in v)} 0 0 0\n" for k, v in enumerate(scene.v, start=1))
     lines = [f"{i} {j} {deq:.17g}\n" for (i, j), deq in scene.bonds.items()] + scene.spheres
-    more = f"SPHERES: {len(scene.spheres)} " if scene.spheres else ""
+    more = f"SPHERES: {len(scene.spheres)} COLUMNS: plastic_strain,plastic_work,slip,bonds,recorded " if scene.spheres else ""
     (folder / "evp_lj.bonds").write_text(f"# EVP bonds COUNT: {len(scene.bonds)} {more}UNITS: si\n{''.join(lines)}", encoding="utf-8")
     record = f"zone {case.zone}" if case.zone else "file ${input_dir}/evp_lj.bonds"
     coeffs = "\n".join(f"  {a} {b} {words(row)}" for (a, b), row in ROWS.items())

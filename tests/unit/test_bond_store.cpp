@@ -79,7 +79,7 @@ TEST(BondStore, WordsBringRecordsAndHistoryToAnotherPlace)
     other.clear(1);
     EXPECT_TRUE(other.of(1).empty());
     EXPECT_EQ(other.given(0), 0.25);
-    EXPECT_EQ(other.given(1), BondStore::NOT_GIVEN);
+    EXPECT_EQ(other.given(1), EVP::GivenStrain::NONE);
     expect_same(other.of(0), store.of(2));
     EXPECT_EQ(other.has_flowed(2), with_history);
     EXPECT_FALSE(recorded(with_history).has_flowed(4));
@@ -167,6 +167,98 @@ TEST(BondStore, TellsWordsWithAWrongCount)
       EXPECT_FALSE(store.fits(words.data(), n)) << count;
     }
   }
+}
+
+/// Values of an effect; one of them is 2 at recording.
+struct Example {
+  double own, bonds, soon;
+
+  static constexpr const char *NAME = "example";
+  static constexpr unsigned NEEDS = EVP::JOINED_BONDS;
+  static constexpr EVP::SphereValue TABLE[] = {
+      {"example_own", "1", 2.0, EVP::Range::ANY, true},
+      {"example_bonds", "1", EVP::ITS_BONDS, EVP::Range::COUNT, false},
+      {"example_soon", "1", EVP::BY_BONDS, EVP::Range::ANY, false}};
+};
+const bool has_example = EVP::add_table<Example>();
+
+// They begin as at recording, whenever that was, go where their atoms go, and go when nobody keeps them any more.
+TEST(BondStore, KeepsTheValuesOfAnEffect)
+{
+  BondStore store = recorded(true);
+  EXPECT_FALSE(store.has<Example>());
+  store.keep<Example>(true);
+  const auto records = store.columns<Example>();
+  EXPECT_EQ(records[0].own, 2.0);
+  EXPECT_EQ(records[0].bonds, 2.0);
+  EXPECT_EQ(records[3].bonds, 0.0) << "an atom without bonds";
+  const auto has_changed = [&](int i) {
+    return store.all_groups().at("example")->has_changed(i, store.of(i).size());
+  };
+  records[0].soon = 7.0;
+  EXPECT_FALSE(has_changed(0));
+  records[0].own = 3.0;
+  EXPECT_TRUE(has_changed(0));
+  EXPECT_EQ(store.find_value("example_own").of(0), 3.0);
+  EXPECT_FALSE(store.find_value("example_else"));
+
+  store.copy(0, 3);
+  store.grow(1000);
+  EXPECT_EQ(records[3].own, 3.0) << "the same records after they have moved";
+  EXPECT_EQ(records[999].own, 2.0);
+  store.clear(3);
+  EXPECT_EQ(records[3].own, 2.0);
+
+  store.remembered_of(0).push_back({9, 1.0, Remembered::JOINED});
+  store.words["example"] = {1.0};
+  EXPECT_TRUE(store.notes_joined());
+  store.drop_unclaimed();    // it was kept since the last time
+  EXPECT_TRUE(store.has<Example>());
+  store.drop_unclaimed();
+  EXPECT_FALSE(store.has<Example>());
+  EXPECT_TRUE(store.words.empty() && store.remembered_of(0).empty());
+  EXPECT_TRUE(store.has_history()) << "is of the store";
+}
+
+// A restart file says which values it has, also those of an effect that is not there yet, or never.
+TEST(BondStore, GroupsComeBackFromRestartFiles)
+{
+  BondStore store = recorded(true);
+  store.keep<Example>(true);
+  store.columns<Example>()[1].own = 5.0;
+  store.words["example"] = {0.5, 0.25};
+  store.words["other"] = {};
+  std::vector<double> words(store.words_of(1));
+  store.pack(1, words.data());
+  const std::vector<double> packed = store.pack_groups();
+  const auto into = [](BondStore &other, const std::vector<double> &groups) {
+    other.grow(1);
+    other.unpack_groups(groups.data());
+  };
+  BondStore again;
+  into(again, packed);
+  EXPECT_TRUE(again.has_history());
+  EXPECT_EQ(again.words, store.words);
+  EXPECT_TRUE(again.fits(words.data(), words.size()));
+  again.unpack(0, words.data());
+  EXPECT_EQ(again.columns<Example>()[0].own, 5.0);
+  EXPECT_EQ(again.pack_groups(), packed);
+
+  const auto renamed = [&](const std::string &from, const std::string &to) {
+    std::vector<double> changed;
+    const double *at = packed.data();
+    std::string text = EVP::take_text(at);
+    EVP::put_text(changed, text.replace(text.find(from), from.size(), to));
+    changed.insert(changed.end(), at, packed.data() + packed.size());
+    return changed;
+  };
+  BondStore unknown;
+  into(unknown, renamed("example ", "absent "));
+  EXPECT_TRUE(unknown.fits(words.data(), words.size()));
+  unknown.drop_unclaimed();
+  EXPECT_EQ(unknown.all_groups().size(), 1u) << "the history";
+  for (const char *other : {"deq", "slip", "example_own"})
+    EXPECT_THROW(into(unknown, renamed(other, "else")), EVP::BadInput) << other;
 }
 
 TEST(BondStore, EveryOtherStateHasAVersionOfItsOwn)

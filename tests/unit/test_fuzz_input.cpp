@@ -3,7 +3,8 @@
 // Random damage to parameter files and bond files: whatever the bytes, the outcome is a checked value
 // or a BadInput whose text a terminal can show.
 
-#include "core/law/files.h"
+#include "core/bonds/bond_file.h"
+#include "core/law/row_text.h"
 
 #include <algorithm>
 #include <gtest/gtest.h>
@@ -142,8 +143,10 @@ TEST(Fuzz, ParameterFileGivesALawOrARefusal)
 
 TEST(Fuzz, BondFileGivesBondsOrARefusal)
 {
-  std::string good = EVP::bond_header({4, EVP::BodyRule::ALL, 0.0, 2, 1, {3, 2}}, "si") +
-      "\nsphere 3 0.5 0.1 0 12 13 0.5 0.7 0.1 1 0.05 1 -0.01\n";
+  const std::string columns = "plastic_strain,plastic_work,slip,bonds,recorded,given_strain";
+  std::string good =
+      EVP::bond_header({4, EVP::BodyRule::ALL, 0.0, 2, 1, {3, 2}, {}, {}, columns}, "si") +
+      "\nsphere 3 0.5 0.1 0 12 13 -1\n";
   for (int k = 1; k <= 6; k++)
     good += EVP::bond_text({k, k + 1, 0.01 * (1.0 + k / 7.0), k > 4 ? k % 2 : EVP::BondLine::BOND});
   fuzz(good, [&](const std::string &text, Vandal &vandal) {
@@ -157,9 +160,9 @@ TEST(Fuzz, BondFileGivesBondsOrARefusal)
     };
     for (size_t before = 0; reader.read(bonds, spheres, most); before = lines())
       EXPECT_EQ(lines(), before + most);
-    for (const auto &bond : bonds) {
-      EXPECT_TRUE(bond.id_i > 0 && bond.id_j > 0);
-      EXPECT_TRUE(bond.deq > 0.0 && std::isfinite(bond.deq)) << bond.deq;
+    for (const auto &line : bonds) {
+      EXPECT_TRUE(line.id > 0 && line.bond.partner > 0);
+      EXPECT_TRUE(line.bond.deq > 0.0 && std::isfinite(line.bond.deq)) << line.bond.deq;
     }
     for (const auto &sphere : spheres)
       for (const double value : sphere.values) EXPECT_TRUE(sphere.id > 0 && std::isfinite(value));

@@ -3,9 +3,10 @@
 // From words to a checked row, and the text file of bonds: what is taken, what is written reads back
 // to the last bit, and the text that each refusal must give. What rows are multiplied by, of the bonds.
 
-#include "core/law/coefficients.h"
-#include "core/law/files.h"
 #include "core/base/seal.h"
+#include "core/bonds/bond_file.h"
+#include "core/law/coefficients.h"
+#include "core/law/row_text.h"
 
 #include <cmath>
 #include <cstdlib>
@@ -86,6 +87,33 @@ std::string header(int64_t count)
 {
   EVP::BondHeader header;
   header.bonds = count;
+  return EVP::bond_header(header, "si") + "\n";
+}
+
+/// Values of an effect, as bond files may have them.
+struct Example {
+  double level, share, factor, batch, inner;
+
+  static constexpr const char *NAME = "example";
+  static constexpr unsigned NEEDS = EVP::NOTHING_ELSE;
+  static constexpr EVP::SphereValue TABLE[] = {
+      {"level", "1", EVP::BY_BONDS, EVP::Range::ANY, false},
+      {"share", "1", 0.0, EVP::Range::NOT_NEGATIVE, false},
+      {"factor", "1", 1.0, EVP::Range::POSITIVE, true},
+      {"batch_of_it", "1", 0.0, EVP::Range::BATCH, false},
+      {"inner", "energy", 0.0, EVP::Range::NOT_IN_FILES, false}};
+};
+const bool has_example = EVP::add_table<Example>();
+
+const std::string SPHERE_COLUMNS =
+    "plastic_strain,plastic_work,slip,bonds,recorded,level,share,factor,batch_of_it";
+
+/// Of a file without bonds, with so many spheres that have these values.
+std::string header_of_spheres(int64_t spheres, const std::string &columns = SPHERE_COLUMNS)
+{
+  EVP::BondHeader header;
+  header.spheres = spheres;
+  header.columns = columns;
   return EVP::bond_header(header, "si") + "\n";
 }
 
@@ -345,9 +373,9 @@ TEST(BondText, ReadsBackToTheLastBit)
   const std::vector<BondLine> again = read_all(text);
   ASSERT_EQ(again.size(), bonds.size());
   for (size_t k = 0; k < bonds.size(); k++) {
-    EXPECT_EQ(again[k].id_i, bonds[k].id_i);
-    EXPECT_EQ(again[k].id_j, bonds[k].id_j);
-    EXPECT_EQ(again[k].deq, bonds[k].deq) << "17 digits are enough for every double";
+    EXPECT_EQ(again[k].id, bonds[k].id);
+    EXPECT_EQ(again[k].bond.partner, bonds[k].bond.partner);
+    EXPECT_EQ(again[k].bond.deq, bonds[k].bond.deq) << "17 digits are enough for every double";
     EXPECT_EQ(again[k].kind, bonds[k].kind);
   }
 }
@@ -355,10 +383,10 @@ TEST(BondText, ReadsBackToTheLastBit)
 TEST(BondReader, ReadsHeaderAndSpheresBackToTheLastBit)
 {
   const EVP::SphereLine one = {7,
-                               {1.0 / 3.0, 0.1 + 0.2, 1e-9, 12, 13, -1.0 / 3.0, 0.7, 0, 0, 0.125, 2, -0.25}};
+                               {1.0 / 3.0, 0.1 + 0.2, 1e-9, 12, 13, -1.0 / 3.0, 0.7, 0.125, 2}};
   EVP::SphereLine other = one;
   other.id = 9;
-  std::istringstream stream(EVP::bond_header({1, EVP::BodyRule::TYPE, 1.3, 0, 2, {5, 3}}, "si") +
+  std::istringstream stream(EVP::bond_header({1, EVP::BodyRule::TYPE, 1.3, 0, 2, {5, 3}, {}, {}, SPHERE_COLUMNS}, "si") +
                             "\n" + EVP::sphere_text(one) + EVP::bond_text({1, 2, 0.01}) +
                             EVP::sphere_text(other));
   EVP::BondReader reader(stream, "body.bonds", "si");
@@ -372,7 +400,8 @@ TEST(BondReader, ReadsHeaderAndSpheresBackToTheLastBit)
   EXPECT_EQ(reader.header.counts.failed, 3);
   EXPECT_TRUE(reader.header.within == EVP::BodyRule::TYPE);
   EXPECT_EQ(spheres[1].id, 9);
-  for (int k = 0; k < EVP::SphereLine::NVALUES; k++) EXPECT_EQ(spheres[0].values[k], one.values[k]);
+  EXPECT_EQ(reader.header.columns, SPHERE_COLUMNS);
+  EXPECT_EQ(spheres[0].values, one.values);
 }
 
 TEST(BondReader, SkipsCommentsEmptyLinesAndDosLineEnds)
@@ -380,8 +409,8 @@ TEST(BondReader, SkipsCommentsEmptyLinesAndDosLineEnds)
   const auto bonds = read_all("# EVP bonds COUNT: 2 UNITS: si\r\n"
                               "\r\n# a comment\n  1\t2  0.01  # the first\r\n\n2 3 +1E-2\n");
   ASSERT_EQ(bonds.size(), 2u);
-  EXPECT_EQ(bonds[0].deq, 0.01);
-  EXPECT_EQ(bonds[1].deq, 0.01);
+  EXPECT_EQ(bonds[0].bond.deq, 0.01);
+  EXPECT_EQ(bonds[1].bond.deq, 0.01);
   EXPECT_TRUE(read_all(header(0)).empty()) << "no bonds are as good as any number";
 }
 
@@ -390,7 +419,7 @@ TEST(BondReader, NamesLineCauseAndFileOfEachDamage)
 {
   const std::string expected = "expected the header '# EVP bonds COUNT: 0 UNITS: si'";
   const std::string path = std::string(300, 'p') + "/body.bonds";
-  const std::string SPHERE = "sphere 1 0 0 0 12 12 -0.5 0.7 0 0 0 1 0\n";
+  const std::string SPHERE = "sphere 1 0 0 0 12 12 -0.5 0.7 2 1\n";
   const std::vector<std::vector<std::string>> cases = {
       {"", "the bond file is empty"},
       {"1 2 0.01\n", "line 1: " + expected},
@@ -412,18 +441,35 @@ TEST(BondReader, NamesLineCauseAndFileOfEachDamage)
       {header(1) + "1 2 nan\n", "line 2: deq must be a finite decimal number, got 'nan'"},
       {header(1) + std::string("1 2 0.\0\n", 8), "line 2: deq must be a finite decimal number"},
       {header(0) + "contact 1 2 0.01\n", "holds 1 contacts, its header says 0", "incomplete"},
-      {header(0) + SPHERE, "holds 1 spheres, its header says 0", "incomplete"},
+      {"# EVP bonds COUNT: 0 COLUMNS: " + SPHERE_COLUMNS + " UNITS: si\n" + SPHERE,
+       "holds 1 spheres, its header says 0", "incomplete"},
+      {header(0) + SPHERE, "line 2: expected 'sphere id' and the 0 values that COLUMNS"},
+      {header_of_spheres(1, "plastic_strian"),
+       "line 1: COLUMNS has 'plastic_strian', which spheres do not keep; they keep ",
+       "level, share, factor, batch_of_it, given_strain, plastic_strain, plastic_work, slip"},
+      {header_of_spheres(1, "inner"), "COLUMNS has 'inner', which spheres do not keep"},
+      {header_of_spheres(1, "slip,slip"), "line 1: COLUMNS has slip twice"},
+      {"# EVP bonds COUNT: 0 BOND_COLUMNS: deq,dqe UNITS: si\n",
+       "line 1: BOND_COLUMNS has 'dqe', which bonds do not keep; they keep deq"},
       {EVP::bond_header({0, EVP::BodyRule::ALL, 0.0, 0, 0, {1, 2}}, "si") + "\n",
        "FAILED is a part of ENDED, got FAILED: 2 of ENDED: 1"},
-      {EVP::bond_header({0, EVP::BodyRule::ALL, 0.0, 0, 2}, "si") + "\n" + SPHERE,
-       "holds 1 spheres, its header says 2"},
-      {header(0) + "sphere 1 0.5\n", "line 2: expected 'sphere id p work slip", "got 3 words"},
-      {header(0) + "sphere 0 0 0 0 0 0 0 0 0 0 0 1 0\n", "line 2: id must be", "at least 1, got '0'"},
-      {header(0) + "sphere 1 nan 0 0 0 0 0 0 0 0 0 1 0\n",
-       "line 2: a value of a sphere must be a finite"},
-      {header(0) + "sphere 1 0 0 0 3.7 0 0 0 0 0 0 1 0\n", "a number of bonds must be", "got '3.7'"},
-      {header(0) + "sphere 1 0 0 0 0 0 0 -1 0 0 0 1 0\n", "must be zero or positive, got -1"},
-      {header(0) + "sphere 1 0 0 0 0 0 0 0 0 0.5 0 1 0\n", "torn or batch must be", "got '0.5'"}};
+      {header_of_spheres(2) + SPHERE, "holds 1 spheres, its header says 2"},
+      {header_of_spheres(1) + "sphere 1 0.5\n", "line 2: expected 'sphere id' and the 9 values",
+       "got 3 words"},
+      {header_of_spheres(1) + "sphere 0 0 0 0 0 0 0 0 1 1\n", "line 2: id must be",
+       "at least 1, got '0'"},
+      {header_of_spheres(1) + "sphere 1 nan 0 0 0 0 0 0 1 1\n",
+       "line 2: plastic_strain must be a finite"},
+      {header_of_spheres(1) + "sphere 1 0 0 0 3.7 0 0 0 1 1\n",
+       "bonds must be a whole number", "got 3.7"},
+      {header_of_spheres(1) + "sphere 1 0 0 0 0 0 0 -1 1 1\n",
+       "share must be zero or positive, got -1"},
+      {header_of_spheres(1) + "sphere 1 0 0 0 0 0 0 0 1 0.5\n",
+       "batch_of_it must be a whole number", "got 0.5"},
+      {header_of_spheres(1, "given_strain,factor") + "sphere 1 -1 0\n",
+       "line 2: factor must be positive, got 0"},
+      {header_of_spheres(1, "given_strain") + "sphere 1 -0.5\n",
+       "line 2: given_strain must be zero or positive, got -0.5"}};
   for (const auto &parts : cases) {
     SCOPED_TRACE(parts[0]);
     const std::string what =

@@ -153,6 +153,9 @@ KNOWN = {
     "new_pairs": Column("new pairs of each sphere"),
     "plastic_work": Column("plastic work of each sphere", "J"),
     "plastic_strain": Column("equivalent plastic strain", "%", 100.0),
+    "latent_heat": Column("latent heat of each sphere", "J"),
+    "limit_factor": Column("factor of the elastic limit"),
+    "strain_rate": Column("plastic strain rate", "1/s"),
     "volume_strain": Column("volume strain", "%", 100.0),
     "von_mises": Column("von Mises stress", "MPa", 1e-6),
     "triaxiality": Column("triaxiality"),
@@ -167,7 +170,7 @@ KNOWN = {
 }
 LOADS = ("strain", "angle")  # of a whole body, in a dump the same for all its atoms
 # Values of compute evp/state/atom where they are asked for; von_mises comes with fraction.
-ON_REQUEST = {name: name for name in ("plastic_work", "plastic_strain", "volume_strain", "triaxiality")}
+ON_REQUEST = {name: name for name in ("plastic_work", "plastic_strain", "latent_heat", "limit_factor", "strain_rate", "volume_strain", "triaxiality")}
 ON_REQUEST["von_mises"] = "von_mises fraction PHI"
 STATE = ("bonds", "share_second", "share_lost", "new_pairs")  # its first four
 

@@ -7,6 +7,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <string>
 #include <vector>
 
 namespace EVP {
@@ -32,6 +34,24 @@ inline void seal(std::vector<double> &words)
 inline bool is_sealed(const double *words, size_t n)
 {
   return n > 0 && bits_as<uint64_t>(words[n - 1]) == bits_as<uint64_t>(seal_of(words, n - 1));
+}
+
+/// Appends a text: its length, its characters.
+inline void put_text(std::vector<double> &words, const std::string &text)
+{
+  words.push_back((double) text.size());
+  const size_t first = words.size();
+  words.resize(first + (text.size() + sizeof(double) - 1) / sizeof(double), 0.0);
+  if (!text.empty()) std::memcpy(&words[first], text.data(), text.size());
+}
+
+/// Takes it from words, and moves on behind it.
+inline std::string take_text(const double *&words)
+{
+  const auto size = (size_t) *words++;
+  const std::string text(reinterpret_cast<const char *>(words), size);
+  words += (size + sizeof(double) - 1) / sizeof(double);
+  return text;
 }
 
 }    // namespace EVP

@@ -1,28 +1,45 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
+#include "core/base/seal.h"
 #include "core/base/simd.h"
+#include "core/bonds/sphere_table.h"
 #include "core/law/bond_measures.h"
 #include "core/law/limit.h"
 #include "core/pairs/contacts.h"
 #include "core/pairs/pairs.h"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace EVP {
 
-/// A recorded pair, as one of its atoms keeps it.
+/// A recorded pair, as one of its atoms keeps it: behind the partner numbers, each with a line in BOND_VALUES. What one is at
+/// recording is its default here.
 struct BondRecord {
-  int64_t partner;    ///< ID of the other atom
-  double deq;         ///< distance at recording [length]
+  int64_t partner = 0;    ///< ID of the other atom
+  double deq = 0.0;       ///< distance at recording [length]
 };
+
+struct BondValue {
+  const char *name;    ///< in bond files
+  double BondRecord::*value;
+  Range range;    ///< what a bond file may give
+};
+constexpr BondValue BOND_VALUES[] = {{"deq", &BondRecord::deq, Range::POSITIVE}};
+
+constexpr size_t BOND_WORDS = 1 + std::size(BOND_VALUES);
+static_assert(sizeof(BondRecord) == BOND_WORDS * sizeof(double), "each number has its line");
 
 /// What a pair remembers beside the record of a bond, or without one: as one of its atoms keeps it.
 struct Remembered {
@@ -45,7 +62,7 @@ struct BondCounts {
   int64_t begun = 0;
 };
 
-/// What a sphere keeps beside its pairs.
+/// What a sphere keeps of the history of its bonds.
 struct Sphere {
   double p;           ///< plastic strain
   double work;        ///< half of what its pairs have dissipated by flow [energy]
@@ -67,84 +84,66 @@ struct Sphere {
     return p == 0.0 && work == 0.0 && slip == 0.0 && bonds == (double) bonds_now &&
         recorded == (double) bonds_now;
   }
+
+  static constexpr const char *NAME = "history";
+  static constexpr unsigned NEEDS = NOTHING_ELSE;
+  static constexpr SphereValue TABLE[] = {
+      {"plastic_strain", "1", 0.0, Range::NOT_NEGATIVE, true},
+      {"plastic_work", "energy", 0.0, Range::NOT_NEGATIVE, true},
+      {"slip", "1", 0.0, Range::NOT_NEGATIVE, false},
+      {"bonds", "1", ITS_BONDS, Range::COUNT, false},
+      {"recorded", "1", ITS_BONDS, Range::COUNT, false}};
 };
+inline const bool has_history_table = add_table<Sphere>();
 
-/// The density of the neighbors of a particle, rho = sum t^2 with t = 1 - d/dlim over the pairs within
-/// dlim, and how it falls with a volume strain that is the same everywhere, G = 1/3 sum 2 t d/dlim.
-struct NeighborDensity {
-  double rho, slope;
+/// A plastic strain that was given to a sphere, and waits for its limit to move.
+struct GivenStrain {
+  static constexpr double NONE = -1.0;
+  double p;
 
-  void add(double d, double dlim)
+  static constexpr const char *NAME = "given";
+  static constexpr unsigned NEEDS = NOTHING_ELSE;
+  static constexpr SphereValue TABLE[] = {{"given_strain", "1", NONE, Range::NOT_NEGATIVE, false}};
+};
+inline const bool has_given_table = add_table<GivenStrain>();
+
+/// The values of a table, of all atoms.
+struct SphereGroup {
+  std::string columns;               ///< their names, by commas
+  std::vector<SphereValue> lines;    ///< as many as an atom has values
+  unsigned needs = NOTHING_ELSE;
+  bool claimed = false;    ///< by its effect, since the last BondStore::drop_unclaimed()
+  std::vector<double> values = {};
+
+  double *of(int i) { return values.data() + lines.size() * (size_t) i; }
+  const double *of(int i) const { return values.data() + lines.size() * (size_t) i; }
+  void clear(int i, size_t bonds)
   {
-    const double t = std::max(0.0, 1.0 - d / dlim);
-    rho += t * t;
-    slope += 2.0 / 3.0 * t * d / dlim;
+    for (size_t k = 0; k < lines.size(); k++) of(i)[k] = lines[k].first(bonds);
+  }
+  bool has_changed(int i, size_t bonds) const
+  {
+    for (size_t k = 0; k < lines.size(); k++)
+      if (lines[k].has_changed(of(i)[k], bonds)) return true;
+    return false;
   }
 };
 
-/// What of a particle is known at rest, by its bonds.
-struct VolumeReference {
-  NeighborDensity own;
-  double gap;           ///< by how much its density is below the mean of the interior, else 0
-  double torn;          ///< bits: see Torn
-  double lost = 0.0;    ///< what pairs that pull no more have added to the gap of new pairs
+/// The records of a group. Take it before a loop: it holds as long as the group is kept.
+template <class Record> class SphereRecords {
+ public:
+  SphereRecords() = default;
+  explicit SphereRecords(std::shared_ptr<SphereGroup> group_in) : group(std::move(group_in)) {}
 
-  enum Torn {
-    BROKEN = 1,    ///< bonds have broken here: its new pairs do not pull on it
-    OPEN = 2       ///< by its strain, where bonds flow: its new pairs do not pull, on either atom
-  };
-  bool is_torn() const { return ((int) torn & (BROKEN | OPEN)) != 0; }
-  bool is(Torn bit) const { return ((int) torn & bit) != 0; }
-  void set(Torn bit, bool on = true) { torn = on ? (int) torn | bit : (int) torn & ~bit; }
-};
-
-/// What a sphere keeps for fix evp/volume. All 0 where it has no bond.
-struct VolumeRecord {
-  VolumeReference reference;    ///< as of when the bonds were first seen, less those that have left
-  NeighborDensity at_rest;      ///< of the bonds that have not, at their deq of now
-  /// Counts the times that references were taken, of this one from 1; 0 without. A bond counts for a sphere if its partner
-  /// was there at that time: one that comes later changes nothing of it.
-  double batch = 0.0;
-  double strain = 0.0;    ///< by the forces of the last step, with plasticity
-
-  bool is_known() const { return batch > 0.0; }
-};
-
-/// What the references were taken for. Empty where they have not been taken.
-struct VolumeScene {
-  std::vector<double> reaches;    ///< of pairs of types, i <= j: dlim, or the zone, over R_i + R_j
-  /// Rules by which pairs are kept out of the neighbor list: kind, two numbers and one.
-  using Exclusion = std::array<double, 3>;
-  std::vector<Exclusion> exclusions;    ///< in ascending order
-
-  // for restart files
-
-  static constexpr size_t WORDS = 3;    ///< of an exclusion
-  static size_t words_of(int ntypes) { return 1 + (size_t) ntypes * (ntypes + 1) / 2; }
-
-  /// 1, or 0 where there are none, and the reaches.
-  std::vector<double> words_of_reaches(int ntypes) const
+  explicit operator bool() const { return group != nullptr; }
+  Record &operator[](int i) const
   {
-    std::vector<double> words = {reaches.empty() ? 0.0 : 1.0};
-    words.insert(words.end(), reaches.begin(), reaches.end());
-    words.resize(words_of(ntypes), 0.0);
-    return words;
-  }
-  std::vector<double> words_of_exclusions() const
-  {
-    std::vector<double> words;
-    for (const Exclusion &one : exclusions) words.insert(words.end(), one.begin(), one.end());
-    return words;
+    constexpr size_t width = sizeof(Record) / sizeof(double);
+    return reinterpret_cast<Record &>(group->values[width * (size_t) i]);
   }
 
-  /// Takes these words, of a body of that many types and of n exclusions.
-  void unpack(const double *of_reaches, int ntypes, const double *of_exclusions, size_t n)
-  {
-    reaches.assign(of_reaches + 1, of_reaches + (of_reaches[0] != 0.0 ? words_of(ntypes) : 1));
-    exclusions.resize(n);
-    for (size_t k = 0; k < n; k++)
-      std::copy_n(of_exclusions + WORDS * k, WORDS, exclusions[k].begin());
-  }
+ private:
+  std::shared_ptr<SphereGroup> group;
 };
 
 /// The records of the bonds: those of each local atom, in the order of the partners' IDs.
@@ -159,7 +158,13 @@ class BondStore {
  public:
   using Bonds = std::vector<BondRecord>;
 
-  explicit BondStore(bool with_history_in = false) : with_history(with_history_in) { changed(); }
+  explicit BondStore(bool with_history = false)
+  {
+    if (with_history) start(Sphere::NAME, table_of<Sphere>());
+    changed();
+  }
+  BondStore(BondStore &&) = default;
+  BondStore &operator=(BondStore &&) = default;
 
   /// Differs between all states of all stores: once it has changed, what was looked up is void. Atoms
   /// that come and go do not change it, as new neighbor lists follow.
@@ -184,8 +189,8 @@ class BondStore {
   /// atoms that change later do not change it.
   BondMeasures measures;
 
-  /// What fix evp/volume took the references for: see VolumeForces.
-  VolumeScene volume_scene;
+  /// What an effect keeps of all atoms together, by the name of its table. The same on all MPI ranks.
+  std::map<std::string, std::vector<double>> words;
 
   /// Most words that an atom of this MPI rank has.
   int most_words() const
@@ -201,53 +206,89 @@ class BondStore {
   /// Pairs up to zone (R_i + R_j) were recorded; 0: up to the alpha of their types.
   double zone = 0.0;
 
-  /// Do bonds flow or end? Starts or drops what is kept of that.
-  bool has_history() const { return with_history; }
-  void keep_history(bool keep)
+  // What spheres keep: a group of values for each effect that acts. The same groups on all MPI ranks
+
+  template <class Record> bool has() const { return groups.count(Record::NAME) > 0; }
+
+  /// Starts or drops the values of an effect.
+  template <class Record> void keep(bool keeps)
   {
-    if (keep == with_history) return;
-    with_history = keep;
-    spheres.clear();
-    remembered.clear();
+    if (!keeps) return drop(Record::NAME);
+    if (!has<Record>()) start(Record::NAME, table_of<Record>());
+    groups.at(Record::NAME)->claimed = true;
+  }
+
+  /// Those of an effect that is kept.
+  template <class Record> SphereRecords<Record> columns()
+  {
+    return SphereRecords<Record>(groups.at(Record::NAME));
+  }
+  template <class Record> SphereRecords<const Record> columns() const
+  {
+    return SphereRecords<const Record>(groups.at(Record::NAME));
+  }
+
+  using Groups = std::map<std::string, std::shared_ptr<SphereGroup>>;
+  const Groups &all_groups() const { return groups; }
+
+  /// A value by its name, whoever keeps it: place of it among those of an atom. No group if nobody does.
+  struct Place {
+    SphereGroup *group = nullptr;
+    size_t k = 0;
+    explicit operator bool() const { return group != nullptr; }
+    double &of(int i) const { return group->of(i)[k]; }
+  };
+  Place find_value(const std::string &name) const
+  {
+    for (const auto &[effect, group] : groups)
+      for (size_t k = 0; k < group->lines.size(); k++)
+        if (name == group->lines[k].name) return {group.get(), k};
+    return {};
+  }
+
+  /// Drops the values of effects that have not kept them since the last call.
+  void drop_unclaimed()
+  {
+    std::vector<std::string> unclaimed;
+    for (const auto &[name, group] : groups)
+      if (!std::exchange(group->claimed, false) && name != Sphere::NAME &&
+          name != GivenStrain::NAME)
+        unclaimed.push_back(name);
+    for (const std::string &name : unclaimed) drop(name);
+  }
+
+  /// Must bonds that began be told from others?
+  bool notes_joined() const
+  {
+    return std::any_of(groups.begin(), groups.end(), [](const auto &one) {
+      return one.second->needs & JOINED_BONDS;
+    });
+  }
+
+  /// Do bonds flow or end? Starts or drops what is kept of that.
+  bool has_history() const { return (bool) history; }
+  void keep_history(bool keeps)
+  {
+    if (keeps == has_history()) return;
+    keep<Sphere>(keeps);
     counted = {};
     joins_by = {};
-    grow((int) bonds.size());
     changed();
   }
 
-  /// Are there references for fix evp/volume? Starts or drops them.
-  bool has_volume() const { return with_volume; }
-  void keep_volume(bool keep)
-  {
-    if (keep == with_volume) return;
-    with_volume = keep;
-    volumes.assign(keep ? bonds.size() : 0, VolumeRecord{});
-    if (!keep) forget_joined();
-    volume_scene = {};
-  }
-
-  /// Do plastic strains that were given to atoms wait for their limits to move? The same on all MPI ranks. Starts or drops them.
-  bool has_given() const { return with_given; }
-  void keep_given(bool keep)
-  {
-    if (keep == with_given) return;
-    with_given = keep;
-    given_strains.assign(keep ? bonds.size() : 0, NOT_GIVEN);
-  }
-  double &given(int i) { return given_strains[i]; }
-  double given(int i) const { return with_given ? given_strains[i] : NOT_GIVEN; }
-  static constexpr double NOT_GIVEN = -1.0;
-
-  VolumeRecord &volume(int i) { return volumes[i]; }
-  const VolumeRecord &volume(int i) const { return volumes[i]; }
+  /// Do plastic strains that were given to atoms wait for their limits to move? Starts or drops them.
+  bool has_given() const { return (bool) given_strains; }
+  void keep_given(bool keeps) { keep<GivenStrain>(keeps); }
+  double &given(int i) { return given_strains[i].p; }
+  double given(int i) const { return has_given() ? given_strains[i].p : GivenStrain::NONE; }
 
   /// Has any bond of these local atoms flowed?
   bool has_flowed(int nlocal) const
   {
-    return with_history &&
-        std::any_of(spheres.begin(), spheres.begin() + nlocal, [](const Sphere &own) {
-             return own.work > 0.0 || own.p > 0.0;
-           });
+    bool any = false;
+    for (int i = 0; has_history() && i < nlocal; i++)
+      any = any || history[i].work > 0.0 || history[i].p > 0.0;
+    return any;
   }
 
   /// Bonds of the first atoms; both atoms of a bond have one.
@@ -266,13 +307,14 @@ class BondStore {
       recorded_as[i] = ids[i];
       bonds[i].swap(made[i]);
       std::sort(bonds[i].begin(), bonds[i].end(), precedes);
-      if (with_volume) volumes[i] = {};
-      if (!with_history) continue;
-      const auto n = (double) bonds[i].size();
-      spheres[i] = {0.0, 0.0, 0.0, n, n};
-      remembered[i].clear();
+      // other values may be set before there are bonds
+      for (const auto &[name, group] : groups)
+        for (size_t k = 0; k < group->lines.size(); k++)
+          if (group->lines[k].at_recording == ITS_BONDS)
+            group->of((int) i)[k] = (double) bonds[i].size();
+      if (has_history()) remembered[i].clear();
     }
-    volume_scene = {};
+    words.clear();
     joins_by = {};
     restore(true, npairs_in, highest_in, {});
   }
@@ -290,7 +332,7 @@ class BondStore {
   /// Forgets all, as its owner goes: readers that hold on to the store see so.
   void close()
   {
-    *this = BondStore(with_history);
+    *this = BondStore(has_history());
     closed = true;
   }
   bool is_closed() const { return closed; }
@@ -298,8 +340,8 @@ class BondStore {
   const Bonds &of(int i) const { return bonds[i]; }
 
   /// What a sphere keeps; with history only.
-  Sphere &sphere(int i) { return spheres[i]; }
-  const Sphere &sphere(int i) const { return spheres[i]; }
+  Sphere &sphere(int i) { return history[i]; }
+  const Sphere &sphere(int i) const { return history[i]; }
 
   /// Pairs of an atom that are no bonds, but remember; with history only.
   std::vector<Remembered> &remembered_of(int i) { return remembered[i]; }
@@ -319,7 +361,7 @@ class BondStore {
   /// What a pair of atom i remembers; nullptr if nothing.
   const Remembered *find_remembered(int i, int64_t partner) const
   {
-    if (!with_history) return nullptr;
+    if (!has_history()) return nullptr;
     for (const Remembered &one : remembered[i])
       if (one.partner == partner) return &one;
     return nullptr;
@@ -332,9 +374,9 @@ class BondStore {
     recorded_as[i] = id;
     own.insert(own.end(), more.begin(), more.end());
     std::sort(own.begin(), own.end(), precedes);
-    if (!with_history) return;
-    spheres[i].bonds += (double) more.size();
-    spheres[i].recorded += (double) more.size();
+    if (!has_history()) return;
+    history[i].bonds += (double) more.size();
+    history[i].recorded += (double) more.size();
   }
 
   /// After these, over all MPI ranks: how many more pairs, and the highest ID now.
@@ -373,8 +415,8 @@ class BondStore {
   /// The partner of a bond of atom i was deleted. The slips that wait are those of the bonds that are left.
   void forget(int i, int64_t partner)
   {
-    if (!erase(i, partner) || !with_history || !(spheres[i].bonds > 0.0)) return;
-    Sphere &own = spheres[i];
+    if (!erase(i, partner) || !has_history() || !(history[i].bonds > 0.0)) return;
+    Sphere &own = history[i];
     own.slip *= (own.bonds - 1.0) / own.bonds;
     own.bonds -= 1.0;
   }
@@ -429,27 +471,17 @@ class BondStore {
   {
     recorded_as.resize(natoms, 0);
     bonds.resize(natoms);
-    if (with_volume) volumes.resize(natoms);
-    if (with_given) given_strains.resize(natoms, NOT_GIVEN);
-    if (!with_history) return;
-    const size_t had = spheres.size();
-    remembered.resize(natoms);
-    spheres.resize(natoms);
-    for (size_t i = had; i < spheres.size(); i++) {
-      const auto n = (double) bonds[i].size();
-      spheres[i] = {0.0, 0.0, 0.0, n, n};
-    }
+    for (const auto &[name, group] : groups) grow(*group);
+    if (has_history()) remembered.resize(natoms);
   }
   void copy(int from, int to)
   {
     if (from == to) return;
     recorded_as[to] = recorded_as[from];
     bonds[to] = bonds[from];
-    if (with_volume) volumes[to] = volumes[from];
-    if (with_given) given_strains[to] = given_strains[from];
-    if (!with_history) return;
-    spheres[to] = spheres[from];
-    remembered[to] = remembered[from];
+    for (const auto &[name, group] : groups)
+      std::copy_n(group->of(from), group->lines.size(), group->of(to));
+    if (has_history()) remembered[to] = remembered[from];
   }
 
   /// A new atom has no records.
@@ -457,19 +489,16 @@ class BondStore {
   {
     recorded_as[i] = 0;
     bonds[i].clear();
-    if (with_volume) volumes[i] = {};
-    if (with_given) given_strains[i] = NOT_GIVEN;
-    if (!with_history) return;
-    spheres[i] = {};
-    remembered[i].clear();
+    for (const auto &[name, group] : groups) group->clear(i, 0);
+    if (has_history()) remembered[i].clear();
   }
 
-  /// Words of an atom: own ID, number of bonds, partner and deq of each; with history what the sphere keeps, the number of
-  /// pairs that remember, and these; with references these; with given strains that.
+  /// Words of an atom: own ID, number of bonds, these; with history the number of pairs that remember, and these; the
+  /// values of each group.
   size_t words_of(int i) const
   {
-    const size_t words = 2 + 2 * bonds[i].size() + further_words();
-    return with_history ? words + SPHERE + 1 + 3 * remembered[i].size() : words;
+    const size_t size = 2 + BOND_WORDS * bonds[i].size() + group_words();
+    return has_history() ? size + 1 + REMEMBERED_WORDS * remembered[i].size() : size;
   }
 
   /// The same words for migration and restart; integers travel as bits. Returns their number.
@@ -478,25 +507,24 @@ class BondStore {
     double *at = put(recorded_as[i], buf);
     at = put((int64_t) bonds[i].size(), at);
     for (const BondRecord &bond : bonds[i]) at = put(bond, at);
-    if (with_history) {
-      at = put(spheres[i], at);
+    if (has_history()) {
       at = put((int64_t) remembered[i].size(), at);
       for (const Remembered &one : remembered[i]) at = put(one, at);
     }
-    if (with_volume) at = put(volumes[i], at);
-    if (with_given) at = put(given_strains[i], at);
+    for (const auto &[name, group] : groups)
+      at = std::copy_n(group->of(i), group->lines.size(), at);
     return (int) (at - buf);
   }
   /// Do the counts among the words of an atom make n words?
   bool fits(const double *words, size_t n) const
   {
     const size_t bonds = n > 1 ? (size_t) bits_as<uint64_t>(words[1]) : n;
-    if (bonds >= n || n < further_words()) return false;
-    n -= further_words();
-    const size_t size = 2 + 2 * bonds + (with_history ? SPHERE : 0);
-    if (!with_history || size >= n) return !with_history && size == n;
+    if (bonds >= n || n < group_words()) return false;
+    n -= group_words();
+    const size_t size = 2 + BOND_WORDS * bonds;
+    if (!has_history() || size >= n) return !has_history() && size == n;
     const size_t others = (size_t) bits_as<uint64_t>(words[size]);
-    return others < n && size + 1 + 3 * others == n;
+    return others < n && size + 1 + REMEMBERED_WORDS * others == n;
   }
   int unpack(int i, const double *buf)
   {
@@ -504,26 +532,75 @@ class BondStore {
     const double *at = unpack(unpack(buf, recorded_as[i]), n);
     bonds[i].resize(n);
     for (BondRecord &bond : bonds[i]) at = unpack(at, bond);
-    if (with_history) {
-      at = unpack(unpack(at, spheres[i]), n);
+    if (has_history()) {
+      at = unpack(at, n);
       remembered[i].resize(n);
       for (Remembered &one : remembered[i]) at = unpack(at, one);
     }
-    if (with_volume) at = unpack(at, volumes[i]);
-    if (with_given) at = unpack(at, given_strains[i]);
+    for (const auto &[name, group] : groups) {
+      std::copy_n(at, group->lines.size(), group->of(i));
+      at += group->lines.size();
+    }
     return (int) (at - buf);
+  }
+
+  // for restart files: which values there are, and the words of the effects
+
+  std::vector<double> pack_groups() const
+  {
+    std::string text = "bond " + names_of(BOND_VALUES, ",") + "\n";
+    for (const auto &[name, group] : groups) text += name + " " + group->columns + "\n";
+    std::vector<double> packed;
+    put_text(packed, text);
+    packed.push_back((double) words.size());
+    for (const auto &[name, own] : words) {
+      put_text(packed, name);
+      packed.push_back((double) own.size());
+      packed.insert(packed.end(), own.begin(), own.end());
+    }
+    return packed;
+  }
+
+  /// Keeps these groups, and no others. Throws BadInput where this version keeps other values under a name.
+  void unpack_groups(const double *packed)
+  {
+    while (!groups.empty()) drop(groups.begin()->first);
+    std::istringstream text(take_text(packed));
+    for (std::string name, columns; text >> name >> columns;) {
+      const bool is_bond = name == "bond";
+      const auto known = sphere_tables().find(name);
+      const std::string here = is_bond     ? names_of(BOND_VALUES, ",")
+          : known == sphere_tables().end() ? columns
+                                           : names_of(known->second, ",");
+      if (here != columns)
+        throw BadInput("the restart file has the values " + columns + " of '" + name +
+                       "', this version of the package has " + here);
+      if (known != sphere_tables().end()) start(name, known->second);
+      if (is_bond || known != sphere_tables().end()) continue;
+      // of an effect that this plugin does not have
+      const std::vector<SphereValue> unknown(1 + std::count(columns.begin(), columns.end(), ','),
+                                             {"", "1", 0.0, Range::NOT_IN_FILES, false});
+      start(name, {unknown.data(), unknown.size(), NOTHING_ELSE});
+      groups.at(name)->columns = columns;
+    }
+    for (auto n = (size_t) *packed++; n > 0; n--) {
+      std::vector<double> &own = words[take_text(packed)];
+      const auto size = (size_t) *packed++;
+      own.assign(packed, packed + size);
+      packed += size;
+    }
   }
 
   double memory_usage() const
   {
-    double bytes = bytes_of(bonds, recorded_as, spheres, remembered, volumes, given_strains);
+    double bytes = bytes_of(bonds, recorded_as, remembered);
+    for (const auto &[name, group] : groups) bytes += bytes_of(group->values);
     for (const Bonds &own : bonds) bytes += bytes_of(own);
     for (const auto &own : remembered) bytes += bytes_of(own);
     return bytes;
   }
 
  private:
-  bool with_history, with_volume = false, with_given = false;
   long version_now;
   bool recorded = false, closed = false;
   int64_t npairs = 0, highest = 0;
@@ -532,16 +609,52 @@ class BondStore {
   // per atom
   std::vector<int64_t> recorded_as;    // ID, negative of those that were left loose; 0: unseen
   std::vector<Bonds> bonds;
-  std::vector<Sphere> spheres;                        // with history only
   std::vector<std::vector<Remembered>> remembered;    // with history only
 
-  std::vector<VolumeRecord> volumes;    // with references for fix evp/volume only
-  std::vector<double> given_strains;    // with given strains only; NOT_GIVEN for the other atoms
+  Groups groups;                    // by name, so that their order is the same everywhere
+  SphereRecords<Sphere> history;    // two of them, none where they are not kept
+  SphereRecords<GivenStrain> given_strains;
 
-  static constexpr size_t SPHERE = sizeof(Sphere) / sizeof(double),
-                          VOLUME = sizeof(VolumeRecord) / sizeof(double);
+  static constexpr size_t REMEMBERED_WORDS = sizeof(Remembered) / sizeof(double);
 
-  size_t further_words() const { return (with_volume ? VOLUME : 0) + (with_given ? 1 : 0); }
+  size_t group_words() const
+  {
+    size_t all = 0;
+    for (const auto &[name, group] : groups) all += group->lines.size();
+    return all;
+  }
+
+  void start(const std::string &name, const SphereTable &table)
+  {
+    const auto group = std::make_shared<SphereGroup>(
+        SphereGroup{names_of(table, ","), {table.begin(), table.end()}, table.needs});
+    groups[name] = group;
+    note_own_groups();
+    grow(*group);
+    if (has_history()) remembered.resize(bonds.size());
+  }
+  void drop(const std::string &name)
+  {
+    const auto at = groups.find(name);
+    if (at == groups.end()) return;
+    const bool noted_joined = at->second->needs & JOINED_BONDS;
+    groups.erase(at);
+    words.erase(name);
+    note_own_groups();
+    if (!has_history()) remembered.clear();
+    if (noted_joined) forget_joined();
+  }
+  void note_own_groups()
+  {
+    history = has<Sphere>() ? columns<Sphere>() : SphereRecords<Sphere>();
+    given_strains = has<GivenStrain>() ? columns<GivenStrain>() : SphereRecords<GivenStrain>();
+  }
+  void grow(SphereGroup &group) const
+  {
+    const size_t width = group.lines.size(), had = group.values.size() / width;
+    group.values.resize(width * bonds.size());
+    for (size_t i = had; i < bonds.size(); i++) group.clear((int) i, bonds[i].size());
+  }
 
   template <class T> static double *put(const T &value, double *words)
   {

@@ -2,10 +2,10 @@
 #pragma once
 
 #include "core/base/simd.h"
-#include "core/bonds/bond_store.h"
 #include "core/pairs/pair_block.h"
 #include "core/pairs/pairs.h"
 #include "core/timestep/stiffness_matrix.h"
+#include "core/volume/volume_record.h"
 
 #include <algorithm>
 #include <cmath>

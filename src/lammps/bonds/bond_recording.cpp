@@ -134,10 +134,10 @@ namespace {
     if (!a.exists() || !b.exists())
       return fmt::format(
           "there is no atom {}: read the data file that was written with the bond file",
-          a.exists() ? line.id_j : line.id_i);
+          a.exists() ? line.bond.partner : line.id);
     if (a.in_group == 0.0 || b.in_group == 0.0)
       return fmt::format("atom {} is not in the fix's group: use a group with all bonded atoms",
-                         a.in_group == 0.0 ? line.id_i : line.id_j);
+                         a.in_group == 0.0 ? line.id : line.bond.partner);
     if (line.kind == Remembered::CONTACT && !rules.plastic) return HAS_FLOWED;
     if (line.kind == Remembered::APART && (!rules.breaks() || rules.plastic))
       return "it has broken: use pair_style evp/lj with 'break' and 'plasticity none', as when the "
@@ -170,6 +170,7 @@ void BondRecording::record_file(const std::string &name, const PairRules &rules)
   bigint nspheres = 0;    // of the file so far
   std::vector<BondLine> lines;
   std::vector<SphereLine> sphere_lines;
+  std::vector<double> packed;    // these: IDs and values
   // more to come; pairs and spheres of this message; bodies of the file
   bigint state[] = {1, 0, 0, 0};
   while (state[0]) {
@@ -186,6 +187,7 @@ void BondRecording::record_file(const std::string &name, const PairRules &rules)
         counts = reader->header.counts;
         joins_by = reader->header.joins_by;
         of_file = reader->header.measures;
+        columns = reader->header.columns;
       }
       if (me == 0) state[0] = reader->read(lines, sphere_lines, LINES_PER_MESSAGE);
     } catch (const BadInput &bad) {
@@ -198,32 +200,40 @@ void BondRecording::record_file(const std::string &name, const PairRules &rules)
     MPI_Bcast(&zone, 1, MPI_DOUBLE, 0, world);
     MPI_Bcast(&counts, sizeof(counts), MPI_BYTE, 0, world);
     MPI_Bcast(&joins_by, sizeof(joins_by), MPI_BYTE, 0, world);
-    int nmeasures = (int) of_file.size();
-    MPI_Bcast(&nmeasures, 1, MPI_INT, 0, world);
-    of_file.resize(nmeasures);
-    MPI_Bcast(of_file.data(), nmeasures, MPI_DOUBLE, 0, world);
+    int sizes[] = {(int) of_file.size(), (int) columns.size()};
+    MPI_Bcast(sizes, 2, MPI_INT, 0, world);
+    of_file.resize(sizes[0]);
+    columns.resize(sizes[1]);
+    MPI_Bcast(of_file.data(), sizes[0], MPI_DOUBLE, 0, world);
+    MPI_Bcast(columns.data(), sizes[1], MPI_CHAR, 0, world);
+    const std::vector<std::string> names = split_columns(columns);
     if (within == BodyRule::ALL) within = (BodyRule) state[3];
     if (within == BodyRule::MOLECULE) {
       const std::string missing = missing_molecules(lmp);
       if (!missing.empty()) throw BadInput(missing);
     }
     lines.resize(state[1]);
-    sphere_lines.resize(state[2]);
     MPI_Bcast(lines.data(), (int) (lines.size() * sizeof(BondLine)), MPI_BYTE, 0, world);
-    MPI_Bcast(sphere_lines.data(), (int) (sphere_lines.size() * sizeof(SphereLine)), MPI_BYTE, 0,
-              world);
+    packed.clear();
+    for (const SphereLine &sphere : sphere_lines) {
+      packed.push_back(bits_as<double>(sphere.id));
+      packed.insert(packed.end(), sphere.values.begin(), sphere.values.end());
+    }
+    packed.resize(state[2] * (1 + names.size()));
+    MPI_Bcast(packed.data(), (int) packed.size(), MPI_DOUBLE, 0, world);
 
     std::vector<End> ends_here(2 * lines.size(), End{}), ends(2 * lines.size());
     for (size_t k = 0; k < ends.size(); k++) {
       const BondLine &line = lines[k / 2];
-      const auto at = own.find(k % 2 ? line.id_j : line.id_i);
+      const auto at = own.find(k % 2 ? line.bond.partner : line.id);
       if (at == own.end()) continue;
       const int i = at->second;
       ends_here[k] = {atom->mask[i] & fix->groupbit ? 1.0 : 0.0, (double) atom->type[i],
                       atom->molecule ? (double) atom->molecule[i] : 0.0};
-      const int64_t partner = k % 2 ? line.id_i : line.id_j;
-      if (line.is_bond()) made[i].push_back({partner, line.deq});
-      if (line.kind != BondLine::BOND) remembered[i].push_back({partner, line.deq, line.kind});
+      BondRecord bond = line.bond;
+      if (k % 2) bond.partner = line.id;
+      if (line.is_bond()) made[i].push_back(bond);
+      if (line.kind != BondLine::BOND) remembered[i].push_back({bond.partner, bond.deq, line.kind});
     }
     MPI_Allreduce(ends_here.data(), ends.data(), (int) (3 * ends.size()), MPI_DOUBLE, MPI_SUM,
                   world);
@@ -231,17 +241,21 @@ void BondRecording::record_file(const std::string &name, const PairRules &rules)
     for (size_t k = 0; k < lines.size(); k++) {    // on all ranks, which throw together
       const std::string bad = complaint_of(lines[k], ends[2 * k], ends[2 * k + 1], rules, within);
       if (!bad.empty())
-        throw BadInput(
-            fmt::format("bond {} {}: {} (bond file {})", lines[k].id_i, lines[k].id_j, bad, name));
+        throw BadInput(fmt::format("bond {} {}: {} (bond file {})", lines[k].id,
+                                   lines[k].bond.partner, bad, name));
     }
 
-    nspheres += (bigint) sphere_lines.size();
-    for (const SphereLine &sphere : sphere_lines) {
-      if (sphere.values[SphereLine::WORK] > 0.0 && !rules.plastic)
-        throw BadInput(fmt::format("sphere {}: {} (bond file {})", sphere.id, HAS_FLOWED, name));
-      const auto at = own.find(sphere.id);
+    nspheres += state[2];
+    const size_t work = std::find(names.begin(), names.end(), "plastic_work") - names.begin();
+    const double *sphere = packed.data();
+    for (bigint k = 0; k < state[2]; k++, sphere += 1 + names.size()) {
+      const auto sphere_id = bits_as<int64_t>(sphere[0]);
+      const double *const values = sphere + 1;
+      if (work < names.size() && values[work] > 0.0 && !rules.plastic)
+        throw BadInput(fmt::format("sphere {}: {} (bond file {})", sphere_id, HAS_FLOWED, name));
+      const auto at = own.find(sphere_id);
       if (at != own.end() && !std::exchange(has_line[at->second], 1))
-        spheres.push_back({at->second, sphere});
+        spheres.push_back({at->second, {values, values + names.size()}});
     }
   }
   throw_together(find_bond_twice(name), world);
@@ -299,20 +313,23 @@ void BondRecording::give_to(BondStore &store)
     store.joins_by = joins_by;
     for (size_t i = 0; i < remembered.size(); i++) store.remembered_of((int) i) = remembered[i];
   }
-  bool any_given = false;
-  for (const auto &[i, sphere] : spheres) any_given = any_given || sphere.given >= 0.0;
-  if (on_any(any_given, world)) store.keep_given(true);
-  for (const auto &[i, sphere] : spheres) {
-    if (sphere.given >= 0.0 && store.given(i) < 0.0)    // what fix_modify has given since is later
-      store.given(i) = sphere.given;
-    const auto &[p, work, slip, bonds, recorded, rho, slope, gap, torn, lost, batch, strain] =
-        sphere.values;
-    if (store.has_history()) store.sphere(i) = {p, work, slip, bonds, recorded};
-    if (store.has_volume()) {
-      store.volume(i).reference = {{rho, slope}, gap, torn, lost};
-      store.volume(i).batch = batch;
-      store.volume(i).strain = strain;
-    }
+  give_values(store);
+}
+
+// Collective. Those of spheres that are kept here
+void BondRecording::give_values(BondStore &store) const
+{
+  const std::vector<std::string> names = split_columns(columns);
+  for (size_t k = 0; k < names.size(); k++) {
+    const bool are_given = names[k] == GivenStrain::TABLE[0].name;
+    bool any_given = false;
+    for (const auto &[i, values] : spheres)
+      any_given = any_given || (are_given && values[k] >= 0.0);
+    if (on_any(any_given, world)) store.keep_given(true);
+    const BondStore::Place place = store.find_value(names[k]);
+    for (const auto &[i, values] : spheres)
+      if (place && !(are_given && store.given(i) >= 0.0))    // by fix_modify since, which is later
+        place.of(i) = values[k];
   }
 }
 

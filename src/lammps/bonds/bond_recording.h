@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
-#include "core/bonds/bond_store.h"
-#include "core/law/files.h"
+#include "core/bonds/bond_file.h"
 #include "lammps/base/lammps_names.h"
 #include "lammps/base/per_atom.h"
 
@@ -49,7 +48,8 @@ class BondRecording : protected Pointers {
   double zone = 0.0;
   std::vector<BondStore::Bonds> made;                 // of each local atom
   std::vector<std::vector<Remembered>> remembered;    // of each local atom, from a file
-  std::vector<std::pair<int, SphereLine>> spheres;
+  std::string columns;    // from a file: names of the values of spheres, and these, by local atom
+  std::vector<std::pair<int, std::vector<double>>> spheres;
   BondCounts counts;                              // from a file
   JoinRule joins_by;                              // see BondStore
   std::vector<double> of_file;                    // measures of the bonds, as words; else empty
@@ -61,6 +61,7 @@ class BondRecording : protected Pointers {
   int64_t most = 0;                  // records of an atom
 
   std::string find_bond_twice(const std::string &file) const;
+  void give_values(BondStore &) const;
   bigint count_special(const class PairData *) const;
 };
 

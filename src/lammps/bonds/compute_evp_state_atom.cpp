@@ -16,9 +16,23 @@
 using namespace LAMMPS_NS;
 using namespace EVP;
 
-// in the order of Value
-static const std::vector<std::string> VALUES = {"plastic_work", "plastic_strain", "volume_strain",
-                                                "von_mises",    "triaxiality",    "bonds_now"};
+// in the order of Value; and all that spheres keep
+static const std::vector<std::string> VALUES = {"volume_strain", "von_mises", "triaxiality",
+                                                "bonds_now"};
+
+static bool is_shown(const SphereValue &value)
+{
+  return value.shown;
+}
+
+static std::string all_values()
+{
+  std::string names = utils::join_words(VALUES, ", ");
+  for (const auto &[effect, table] : sphere_tables())
+    if (const std::string shown = names_of(table, ", ", is_shown); !shown.empty())
+      names += ", " + shown;
+  return names;
+}
 
 // compute ID group evp/state/atom [value ...] [fraction PHI]
 ComputeEVPStateAtom::ComputeEVPStateAtom(LAMMPS *lmp, int narg, char **arg) :
@@ -26,12 +40,14 @@ ComputeEVPStateAtom::ComputeEVPStateAtom(LAMMPS *lmp, int narg, char **arg) :
 {
   for (int iarg = 3; iarg < narg; iarg++) {
     const auto at = std::find(VALUES.begin(), VALUES.end(), arg[iarg]);
-    if (at != VALUES.end()) {
-      const auto value = (Value) (at - VALUES.begin());
+    const SphereValue *const kept = find_sphere_value(arg[iarg]);
+    if (at != VALUES.end() || (kept && kept->shown)) {
+      const auto value = (Value) (at - VALUES.begin());    // the last one is that behind VALUES
       if (value == Value::VON_MISES || value == Value::TRIAXIALITY)
         scene::demand_three_dimensions(domain, error, who, arg[iarg],
                                        "use 'dimension 3', or leave the value out");
       values.push_back(value);
+      value_names.emplace_back(arg[iarg]);
     } else if (strcmp(arg[iarg], "fraction") == 0) {
       for_each_keyword(error, who, std::min(2, narg - iarg), arg + iarg, {"fraction"}, "",
                        [this](const Keyword &given) {
@@ -42,7 +58,7 @@ ComputeEVPStateAtom::ComputeEVPStateAtom(LAMMPS *lmp, int narg, char **arg) :
       iarg++;
     } else
       error->all(FLERR, "{}: unknown keyword '{}'; it takes {}, fraction", who, arg[iarg],
-                 utils::join_words(VALUES, ", "));
+                 all_values());
   }
   if (has(Value::VON_MISES) && fraction == 0.0)
     error->all(FLERR,
@@ -57,7 +73,7 @@ ComputeEVPStateAtom::ComputeEVPStateAtom(LAMMPS *lmp, int narg, char **arg) :
                who);
 
   std::vector<std::string> names = {"bonds", "share_second", "share_lost", "new_pairs"};
-  for (const Value value : values) names.push_back(VALUES[(size_t) value]);
+  names.insert(names.end(), value_names.begin(), value_names.end());
   std::string titles;    // for dump_modify
   for (size_t k = 0; k < names.size(); k++)
     titles += fmt::format("colname c_{}[{}] {} ", id, k + 1, names[k]);
@@ -106,6 +122,9 @@ void ComputeEVPStateAtom::compute_peratom()
     dynamic_cast<FixEVPBonds *>(scene::find_fix(modify, "evp/bonds"))->return_histories();
 
   const BondStore *bonds = pair_data->bonds();
+  places.assign(values.size(), {});
+  for (size_t k = 0; bonds && k < values.size(); k++)
+    if (values[k] == Value::OF_SPHERE) places[k] = bonds->find_value(value_names[k]);
   for (int i = 0; i < atom->nlocal; i++) {
     double *state = array_atom[i];
     const double *count = &sums[(size_t) comm_reverse * i];
@@ -118,7 +137,7 @@ void ComputeEVPStateAtom::compute_peratom()
     state[2] = recorded > 0.0 ? std::max(0.0, 1.0 - count[WITHIN] / recorded) : 0.0;
     state[3] = in_group ? count[UNBONDED] : 0.0;
     for (size_t k = 0; k < values.size(); k++)
-      state[NCOLUMNS + k] = in_group ? value_of(values[k], i, pair_data) : 0.0;
+      state[NCOLUMNS + k] = in_group ? value_of(k, i, pair_data) : 0.0;
   }
 }
 
@@ -148,15 +167,12 @@ double ComputeEVPStateAtom::value_of_effects(const std::string &name, int i,
   return found;
 }
 
-double ComputeEVPStateAtom::value_of(Value value, int i, const PairData *pair_data) const
+double ComputeEVPStateAtom::value_of(size_t column, int i, const PairData *pair_data) const
 {
-  const BondStore *const bonds = pair_data->bonds();
-  const bool with_history = bonds && bonds->has_history();
+  const Value value = values[column];
   switch (value) {
-    case Value::PLASTIC_WORK:
-      return with_history ? bonds->sphere(i).work : 0.0;
-    case Value::PLASTIC_STRAIN:
-      return with_history ? bonds->sphere(i).p : 0.0;
+    case Value::OF_SPHERE:
+      return places[column] ? places[column].of(i) : 0.0;
     case Value::BONDS_NOW:
       return sums[(size_t) comm_reverse * i + WITHIN];
     case Value::VOLUME_STRAIN:

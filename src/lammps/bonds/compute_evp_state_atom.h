@@ -8,6 +8,7 @@
 #include "memory.h"
 
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace LAMMPS_NS {
@@ -26,16 +27,12 @@ class ComputeEVPStateAtom : public EVP::WithPerAtomComm<Compute> {
  private:
   static constexpr int NCOLUMNS = 4;    // that are always there
 
-  enum class Value {
-    PLASTIC_WORK,
-    PLASTIC_STRAIN,
-    VOLUME_STRAIN,
-    VON_MISES,
-    TRIAXIALITY,
-    BONDS_NOW
-  };
-  std::vector<Value> values;    // of the further columns
-  double fraction = 0.0;        // volume of the spheres over that of the body
+  enum class Value { VOLUME_STRAIN, VON_MISES, TRIAXIALITY, BONDS_NOW, OF_SPHERE };
+  std::vector<Value> values;               // of the further columns
+  std::vector<std::string> value_names;    // of these
+  std::vector<EVP::BondStore::Place>
+      places;               // of those of spheres, as of now: nobody may keep them
+  double fraction = 0.0;    // volume of the spheres over that of the body
 
   /// Sums of an atom over its pairs: bonds within dlim, of these in the second regime or at their limit; new pairs.
   enum Count { WITHIN, SECOND, UNBONDED, NCOUNTS };
@@ -47,7 +44,7 @@ class ComputeEVPStateAtom : public EVP::WithPerAtomComm<Compute> {
   bool has(Value) const;
   void add_pairs(const EVP::PairData *);
   static double value_of_effects(const std::string &name, int i, const EVP::PairData *);
-  double value_of(Value, int i, const EVP::PairData *) const;
+  double value_of(size_t column, int i, const EVP::PairData *) const;
 };
 
 }    // namespace LAMMPS_NS

@@ -22,9 +22,8 @@
 using namespace LAMMPS_NS;
 using namespace EVP;
 
-static constexpr double RESTART_FORMAT = 2011;    // first word of our section in restart files
-// words of it in front of the measures and what the volume energy was taken for
-static constexpr size_t SECTION = 15;
+static constexpr double RESTART_FORMAT = 2012;    // first word of our section in restart files
+static constexpr size_t SECTION = 12;             // words of it in front of the measures
 
 // fix ID group evp/bonds [zone Z | file FILE] [within type|molecule] [new yes|no] [events FILE]
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
@@ -96,17 +95,12 @@ int FixEVPBonds::modify_param(int narg, char **arg)
 
 void FixEVPBonds::init()
 {
-  pair_data = PairData::require(force, error, who);
   scene::refuse_respa(update, error, who);
 
   stepping = false;
   ended_step = -1;
-  check_history();
-  bonds->keep_history(pair_data->rules().has_history());
-  const bool acts = pair_data->effects.any(&Effect::needs_bonds);
-  bonds->keep_volume(acts || (bonds->has_volume() && scene::find_fix(modify, "evp/volume")));
+  keep_values();
   pair_data->histories.begin_run(bonds.get(), this, events != nullptr);
-  set_exchange_room();
 
   if (bonds->within == BodyRule::MOLECULE) {
     const std::string missing = missing_molecules(lmp);
@@ -122,6 +116,16 @@ void FixEVPBonds::init()
   } else if (file.empty())
     check_zone();
   if (events) events->begin(restarted_at);
+}
+
+void FixEVPBonds::keep_values()
+{
+  pair_data = PairData::require(force, error, who);
+  check_history();
+  bonds->keep_history(pair_data->rules().has_history());
+  for (const auto &effect : pair_data->find_effects()) effect->keep_values(*bonds);
+  bonds->drop_unclaimed();
+  set_exchange_room();
 }
 
 // flow and breaking are known to the pair style in force only
@@ -401,40 +405,34 @@ void FixEVPBonds::write_restart(FILE *fp)
 {
   return_histories();
   const auto [ended, failed, begun] = counts();
+  std::vector<double> groups = bonds->pack_groups();
+  seal(groups);
   std::vector<double> words = {RESTART_FORMAT,
                                bonds->zone,
                                (double) bonds->has_recorded(),
                                (double) bonds->count(),
                                (double) bonds->highest_id(),
-                               (double) bonds->has_history(),
                                (double) (int) bonds->within,
                                (double) ended,
-                               (double) bonds->has_volume(),
+                               (double) failed,
                                (double) begun,
                                bonds->joins_by.within,
                                (double) bonds->joins_by.all,
-                               (double) failed,
-                               (double) bonds->has_given(),
-                               (double) bonds->volume_scene.exclusions.size()};
-  for (const auto &more :
-       {bonds->measures.words(atom->ntypes), bonds->volume_scene.words_of_reaches(atom->ntypes)})
-    words.insert(words.end(), more.begin(), more.end());
+                               (double) groups.size()};
+  const std::vector<double> measures = bonds->measures.words(atom->ntypes);
+  words.insert(words.end(), measures.begin(), measures.end());
   seal(words);    // their number is known, and says that of the others
-  std::vector<double> exclusions = bonds->volume_scene.words_of_exclusions();
-  seal(exclusions);
-  words.insert(words.end(), exclusions.begin(), exclusions.end());
+  words.insert(words.end(), groups.begin(), groups.end());
   if (comm->me == 0) restart_file::write_section(fp, words);
 }
 
 void FixEVPBonds::restart(char *buf)
 {
   const auto *words = reinterpret_cast<const double *>(buf);
-  const size_t measures = BondMeasures::words_of(atom->ntypes),
-               reaches = VolumeScene::words_of(atom->ntypes),
-               sealed = SECTION + measures + reaches + 1;
+  const size_t sealed = SECTION + BondMeasures::words_of(atom->ntypes) + 1;
   const auto is_whole = [&] {
     return words[0] == RESTART_FORMAT && is_sealed(words, sealed) &&
-        is_sealed(words + sealed, VolumeScene::WORDS * (size_t) words[14] + 1);
+        is_sealed(words + sealed, (size_t) words[SECTION - 1]);
   };
   if (!is_whole())
     restart_file::stop_at_damaged_section(error,
@@ -442,19 +440,17 @@ void FixEVPBonds::restart(char *buf)
   after_restart = false;    // this is the fix that the file knows
   restarted_at = update->ntimestep;
   const bool recorded = words[2] != 0.0;
-  bonds->keep_history(words[5] != 0.0);
-  const BodyRule given = bonds->within, kept = (BodyRule) (int) words[6];
+  stop_at_bad_input(error, who, [&] {
+    bonds->unpack_groups(words + sealed);
+  });
+  const BodyRule given = bonds->within, kept = (BodyRule) (int) words[5];
   if (recorded || given == BodyRule::ALL) bonds->within = kept;
   bonds->restore(recorded, (int64_t) words[3], (int64_t) words[4],
                  comm->me == 0
-                     ? BondCounts{(int64_t) words[7], (int64_t) words[12], (int64_t) words[9]}
+                     ? BondCounts{(int64_t) words[6], (int64_t) words[7], (int64_t) words[8]}
                      : BondCounts{});
-  bonds->joins_by = {words[10], words[11] != 0.0};
-  bonds->keep_volume(words[8] != 0.0);
-  bonds->keep_given(words[13] != 0.0);
+  bonds->joins_by = {words[9], words[10] != 0.0};
   bonds->measures.unpack(words + SECTION, atom->ntypes);
-  bonds->volume_scene.unpack(words + SECTION + measures, atom->ntypes, words + sealed,
-                             (size_t) words[14]);
   const bool differs = !file.empty() || (zone > 0.0 && zone != words[1]) ||
       (given != BodyRule::ALL && given != kept);
   if (recorded && comm->me == 0 && differs)

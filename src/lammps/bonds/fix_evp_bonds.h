@@ -75,6 +75,10 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix>, public EVP::HasBondStore {
   /// Collective. Brings the records up to the last commit() of the pairs.
   void return_histories();
 
+  /// Collective, at set-up: starts and drops what spheres keep, by the pair style and the fixes that there are. For a fix that
+  /// needs its values before this one is set up.
+  void keep_values();
+
  private:
   double zone = 0.0;         // pairs with d <= zone (R_i + R_j) are recorded; 0: alpha of the types
   std::string file;          // take the records from this file; empty: from the zone

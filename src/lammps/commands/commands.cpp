@@ -3,7 +3,6 @@
 #include "lammps/commands/commands.h"
 
 #include "core/law/bond_measures.h"
-#include "core/law/files.h"
 #include "lammps/base/atom_directory.h"
 #include "lammps/base/collective.h"
 #include "lammps/base/output_claim.h"
@@ -48,8 +47,8 @@ void WriteEVPBonds::command(int narg, char **arg)
             sums[2],
             {sums[3], sums[4], sums[5]},
             records.joins_by,
-            records.measures.empty() ? std::vector<double>{}
-                                     : records.measures.words(atom->ntypes)};
+            records.measures.empty() ? std::vector<double>{} : records.measures.words(atom->ntypes),
+            header.columns};
   if (comm->me == 0) text = bond_header(header, update->unit_style) + "\n" + text;
 
   const std::string name = utils::star_subst(arg[0], update->ntimestep, 0);
@@ -90,57 +89,59 @@ std::string WriteEVPBonds::lines_of_pairs(const BondStore &records, BondHeader &
   std::vector<BondLine> lines;
   std::vector<tagint> partners;
   const auto add = [&](const BondLine &pair) {
-    if (pair.id_i > pair.id_j) return;
+    if (pair.id > pair.bond.partner) return;
     lines.push_back(pair);
-    partners.push_back((tagint) pair.id_j);
+    partners.push_back((tagint) pair.bond.partner);
   };
   for (int i = 0; i < atom->nlocal; i++)
     for (const EVP::BondRecord &bond : records.of(i)) {
       const Remembered *const remembered = records.find_remembered(i, bond.partner);
       const bool joined = remembered && remembered->kind == Remembered::JOINED;
-      add({atom->tag[i], bond.partner, bond.deq, joined ? remembered->kind : BondLine::BOND});
+      add({atom->tag[i], bond, joined ? remembered->kind : BondLine::BOND});
     }
   for (int i = 0; records.has_history() && i < atom->nlocal; i++)
     for (const Remembered &one : records.remembered_of(i))
-      if (!records.find(i, one.partner)) add({atom->tag[i], one.partner, one.deq, one.kind});
+      if (!records.find(i, one.partner)) add({atom->tag[i], {one.partner, one.deq}, one.kind});
   const AtomDirectory directory(lmp, partners);
 
   std::string text;
   for (const BondLine &pair : lines) {
-    if (directory.entries.at((tagint) pair.id_j).type == 0) continue;
+    if (directory.entries.at((tagint) pair.bond.partner).type == 0) continue;
     text += bond_text(pair);
     (pair.is_bond() ? header.bonds : header.contacts)++;
   }
   return text;
 }
 
-// Of spheres that have changed: the bonds tell the rest. With fix evp/volume of all, once one has changed, as their gaps are
-// those to the mean of the body at rest
+// Of those that the bonds do not tell everything of: one of whose values has changed since the recording
 std::string WriteEVPBonds::lines_of_spheres(const BondStore &records, BondHeader &header) const
 {
-  const auto line_of = [&](int i) {
-    const VolumeRecord volume = records.has_volume() ? records.volume(i) : VolumeRecord{};
-    const VolumeReference &rest = volume.reference;
-    const auto n = (double) records.of(i).size();
-    const Sphere own = records.has_history() ? records.sphere(i) : Sphere{0.0, 0.0, 0.0, n, n};
-    return SphereLine{atom->tag[i],
-                      {own.p, own.work, own.slip, own.bonds, own.recorded, rest.own.rho,
-                       rest.own.slope, rest.gap, rest.torn, rest.lost, volume.batch, volume.strain},
-                      records.given(i)};
-  };
+  const auto &groups = records.all_groups();
+  bool needs_all = false;
+  std::vector<BondStore::Place> places;
+  for (const auto &[effect, group] : groups) {
+    needs_all = needs_all || (group->needs & ALL_SPHERES);
+    for (size_t k = 0; k < group->lines.size(); k++) {
+      const SphereValue &value = group->lines[k];
+      if (value.range == Range::NOT_IN_FILES) continue;
+      places.push_back({group.get(), k});
+      header.columns += (header.columns.empty() ? "" : ",") + std::string(value.name);
+    }
+  }
   const auto has_changed = [&](int i) {
-    return (records.has_history() && !records.sphere(i).is_new(records.of(i).size())) ||
-        (records.has_volume() &&
-         (records.volume(i).reference.torn != 0.0 || records.volume(i).batch > 1.0)) ||
-        records.given(i) >= 0.0;
+    return std::any_of(groups.begin(), groups.end(), [&](const auto &one) {
+      return one.second->has_changed(i, records.of(i).size());
+    });
   };
   bool any = false;
   for (int i = 0; i < atom->nlocal; i++) any = any || has_changed(i);
-  const bool all = on_any(any, world) && records.has_volume();
+  const bool all = on_any(any, world) && needs_all;
   std::string text;
   for (int i = 0; i < atom->nlocal; i++) {
     if (!all && !has_changed(i)) continue;
-    text += sphere_text(line_of(i));
+    SphereLine line = {atom->tag[i], {}};
+    for (const BondStore::Place &place : places) line.values.push_back(place.of(i));
+    text += sphere_text(line);
     header.spheres++;
   }
   return text;

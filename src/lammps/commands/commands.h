@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
+#include "core/bonds/bond_file.h"
 #include "core/bonds/bond_store.h"
-#include "core/law/files.h"
+#include "core/law/row_text.h"
 
 #include "command.h"
 

@@ -7,6 +7,7 @@
 #include "lammps/base/restart_file.h"
 #include "lammps/base/scene.h"
 #include "lammps/base/user_input.h"
+#include "lammps/bonds/fix_evp_bonds.h"
 
 #include "comm.h"
 #include "fix_neigh_history.h"
@@ -21,12 +22,12 @@
 using namespace LAMMPS_NS;
 using namespace EVP;
 
-static constexpr double RESTART_FORMAT = 2008;    // first word of our section in restart files
+static constexpr double RESTART_FORMAT = 2012;    // first word of our section in restart files
 static constexpr double RATE_STEPS = 100.0;       // over which strain rates are smoothed
 static constexpr int MOST_UNSEEN = 50;            // times that heat is handed out near the limit
 
 // fix ID group evp/heat [every 100] [taylor 0.9]
-FixEVPHeat::FixEVPHeat(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp, narg, arg)
+FixEVPHeat::FixEVPHeat(LAMMPS *lmp, int narg, char **arg) : WithPerAtomComm(lmp, narg, arg)
 {
   for_each_keyword(error, who, narg - 3, arg + 3, {"every", "taylor"}, " and ",
                    [this](const Keyword &word) {
@@ -45,48 +46,36 @@ FixEVPHeat::FixEVPHeat(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp, nar
   comm_forward = 2;
   comm_reverse = 1;
   dynamic_group_allow = 0;
-  restart_global = restart_peratom = 1;
+  restart_global = 1;
   nevery = 1;
   scene::offer_values(this, NACCOUNTS + 2);
   peratom_flag = peratom_freq = 1;
   size_peratom_cols = 0;
-  keep_records();
-  takes_new = true;
+  create_attribute = maxexchange = 1;
+  FixEVPHeat::grow_arrays(atom->nmax);
   atom->add_callback(Atom::GROW);
-  atom->add_callback(Atom::RESTART);
 }
 
 FixEVPHeat::~FixEVPHeat()
 {
   atom->delete_callback(id, Atom::GROW);
-  atom->delete_callback(id, Atom::RESTART);
 }
 
-void FixEVPHeat::grow_arrays(int nmax)
+// those of a fix that is gone are not those of this one
+void FixEVPHeat::keep_values(BondStore &store)
 {
-  AtomRecords::grow_arrays(nmax);
-  through.resize(nmax);
-  vector_atom = through.data();
-}
-
-void FixEVPHeat::copy_arrays(int i, int j, int delflag)
-{
-  AtomRecords::copy_arrays(i, j, delflag);
-  through[j] = records[j].out;
-}
-
-int FixEVPHeat::unpack_exchange(int i, double *buf)
-{
-  const int words = AtomRecords::unpack_exchange(i, buf);
-  through[i] = records[i].out;
-  return words;
+  if (!std::exchange(has_records, true)) store.keep<HeatRecord>(false);
+  begun = begun && store.has<HeatRecord>();
+  store.keep<HeatRecord>(true);
+  records = store.columns<HeatRecord>();
 }
 
 void FixEVPHeat::init()
 {
   pair_data = PairData::require(force, error, who);
   scene::refuse_respa(update, error, who);
-  if (!scene::find_fix(modify, "evp/bonds"))
+  auto *const bonds = dynamic_cast<FixEVPBonds *>(scene::find_fix(modify, "evp/bonds"));
+  if (!bonds)
     error->all(FLERR,
                "{} needs fix evp/bonds, along whose bonds heat flows: define one before the run",
                who);
@@ -102,8 +91,8 @@ void FixEVPHeat::init()
   others_groupbits = 0;
   for (const Fix *other : modify->get_fix_list())
     if (utils::strmatch(other->style, "^heat/flow")) others_groupbits |= other->groupbit;
-  const auto bonds = scene::find_records(modify);
-  check_atoms(*bonds);
+  check_atoms(*bonds->records());
+  bonds->keep_values();
   find_granular_styles();
   damping_time = bound_seen = 0.0;
   stepping = false;
@@ -114,7 +103,7 @@ void FixEVPHeat::init()
     for (int i = 0; i < atom->nlocal; i++) records[i].rate = 0.0;
   }
   // bonds that are there may hold too much: the first step sees to that, and to its work
-  if (!std::exchange(begun, true) && !bonds->has_recorded()) update_effect();
+  if (!std::exchange(begun, true) && !bonds->records()->has_recorded()) update_effect();
   report_unlike_types();
 }
 
@@ -627,7 +616,11 @@ void FixEVPHeat::conduct()
 std::array<double, FixEVPHeat::NACCOUNTS> FixEVPHeat::all_accounts()
 {
   account[WAITING] = 0.0;
-  for (int i = 0; i < atom->nlocal; i++) account[WAITING] += records[i].waiting;
+  const auto bonds = scene::find_records(modify);
+  if (has_records && bonds && bonds->has<HeatRecord>()) {
+    const auto kept = bonds->columns<HeatRecord>();
+    for (int i = 0; i < atom->nlocal; i++) account[WAITING] += kept[i].waiting;
+  }
   return reduce_all(account, MPI_SUM, world);
 }
 
@@ -656,8 +649,8 @@ double FixEVPHeat::compute_vector(int n)
 
 double FixEVPHeat::memory_usage()
 {
-  return AtomRecords::memory_usage() +
-      bytes_of(links, shared, flow, inverse_capacity, through, generated, friction_pairs, moving);
+  return bytes_of(links, shared, flow, inverse_capacity, through, generated, friction_pairs,
+                  moving);
 }
 
 void FixEVPHeat::write_restart(FILE *fp)
@@ -679,28 +672,6 @@ void FixEVPHeat::restart(char *buf)
                                           who + ": its section of the restart file is damaged");
   elapsed = words[1];
   since_limits = words[2];
-  begun = true;
+  begun = has_records = true;
   if (comm->me == 0) std::copy_n(words + 3, account.size(), account.begin());
-}
-
-int FixEVPHeat::pack_restart(int i, double *buf)
-{
-  const HeatRecord &own = records[i];
-  const std::array words = {
-      (double) RESTART_WORDS, own.waiting, own.latent, own.factor, own.strain, own.rate, own.out};
-  std::copy(words.begin(), words.end(), buf);
-  buf[words.size()] = seal_of(buf, words.size());
-  return RESTART_WORDS;
-}
-
-void FixEVPHeat::unpack_restart(int nlocal, int nth)
-{
-  const double *record = restart_file::find_record(atom, nlocal, nth);
-  if (!record || record[0] != RESTART_WORDS)
-    restart_file::stop_at_damaged_record(
-        error,
-        fmt::format("{}: the heat of atom {} in the restart file is damaged", who,
-                    atom->tag[nlocal]));
-  records[nlocal] = {record[1], record[2], record[3], record[4], record[5], record[6]};
-  through[nlocal] = records[nlocal].out;
 }

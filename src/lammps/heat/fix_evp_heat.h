@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
+#include "core/bonds/bond_store.h"
 #include "core/heat/heat.h"
+#include "core/heat/heat_record.h"
 #include "lammps/base/per_atom.h"
 #include "lammps/base/scene.h"
 #include "lammps/pairs/effect.h"
@@ -14,28 +16,11 @@
 #include <string>
 #include <vector>
 
-namespace EVP {
-
-/// What an atom keeps for fix evp/heat.
-struct HeatRecord {
-  double waiting;    ///< heat that its temperature does not have yet [energy]
-  double latent;     ///< see ThermalState
-  double factor;     ///< what its limit is multiplied by
-  double strain;     ///< plastic, when limits moved on last; below 0: not yet
-  double rate;       ///< of it, smoothed over RATE_STEPS [1/time]
-  double out;        ///< what it has taken and not kept, as it holds its temperature [energy]
-};
-
-}    // namespace EVP
-
 namespace LAMMPS_NS {
 
 /// Heat of deformation: what pairs dissipate warms their atoms, flows along the bonds and softens them. Temperatures and the
 /// heat flow of others are LAMMPS' own, of fix property/atom.
-class FixEVPHeat :
-    public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::HeatRecord>,
-    public EVP::Effect,
-    public EVP::HasEffect {
+class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::Effect, public EVP::HasEffect {
  public:
   FixEVPHeat(class LAMMPS *, int, char **);
   ~FixEVPHeat() override;
@@ -59,24 +44,34 @@ class FixEVPHeat :
   double compute_vector(int) override;
 
   std::shared_ptr<EVP::Effect> effect() override { return self; }
-  void grow_arrays(int) override;
-  void copy_arrays(int, int, int) override;
+  void keep_values(EVP::BondStore &) override;
+
+  void grow_arrays(int nmax) override
+  {
+    through.resize(nmax);
+    vector_atom = through.data();
+  }
+  void copy_arrays(int i, int j, int /*delflag*/) override { through[j] = through[i]; }
   void set_arrays(int i) override
   {
-    records[i] = {0.0, 0.0, 1.0, -1.0, 0.0, 0.0};
     through[i] = 0.0;
     // what a deleted atom or a ghost had is there
-    if (takes_new && atom->temperature && !reads_temperatures()) atom->temperature[i] = 0.0;
+    if (atom->temperature && !reads_temperatures()) atom->temperature[i] = 0.0;
   }
-  int unpack_exchange(int, double *) override;
+  int pack_exchange(int i, double *buf) override
+  {
+    *buf = through[i];
+    return 1;
+  }
+  int unpack_exchange(int i, double *buf) override
+  {
+    through[i] = *buf;
+    return 1;
+  }
   double memory_usage() override;
 
   void write_restart(FILE *) override;
   void restart(char *) override;
-  int pack_restart(int, double *) override;
-  void unpack_restart(int, int) override;
-  int size_restart(int) override { return RESTART_WORDS; }
-  int maxsize_restart() override { return RESTART_WORDS; }
 
   // see EVP::Effect
 
@@ -110,7 +105,6 @@ class FixEVPHeat :
   bool asks_for_powers() const override { return true; }
 
  private:
-  static constexpr int RESTART_WORDS = 8;    // their number, the record, a seal
   static constexpr double EVP::Row::*OF_HEAT[] = {
       &EVP::Row::conductivity, &EVP::Row::capacity, &EVP::Row::soften_tref,
       &EVP::Row::soften_tmelt, &EVP::Row::soften_m, &EVP::Row::soften_floor,
@@ -144,8 +138,9 @@ class FixEVPHeat :
                                     }};    // for the pairs, gone with the fix
   EVP::PairData *pair_data = nullptr;
   std::vector<EVP::Row> rows;    // by type
-  bool takes_new = false;        // atoms that were not there when the fix was defined
-  bool begun = false;            // softening follows temperatures
+  EVP::SphereRecords<EVP::HeatRecord> records;
+  bool has_records = false;    // kept in a run before, or in the restart file
+  bool begun = false;          // softening follows temperatures
   std::vector<Granular> granular;
   std::vector<FrictionPair> friction_pairs;    // by the forces of now
   Values moving, remembered;    // velocities and rates of rotation of atoms and ghosts; of a pair
@@ -170,7 +165,7 @@ class FixEVPHeat :
   double bound_seen = 0.0;    // bound of the eigenvalue that it was found at, in this run
   int unseen = 0;             // times that heat was handed out near the limit since
   bigint limit_step = -1;     // step that it was found at
-  std::vector<double> through;    // of the records, what went out at each atom
+  std::vector<double> through;    // of the records, what went out at each atom: for f_ID
   bool limit_told = false;
   std::string last_unlike;
 

@@ -79,6 +79,9 @@ class Effect {
   /// Returns whether the effect acts in this run. If not, no function of it is called that follows.
   virtual bool begin_run(PairData &) { return true; }
 
+  /// Says by BondStore::keep() what spheres keep for it, at each set-up, maybe twice, also where it does not act.
+  virtual void keep_values(BondStore &) {}
+
   /// Does it add to the forces, from what the recorded bonds say?
   virtual bool needs_bonds() const { return false; }
 

@@ -225,6 +225,9 @@ class PairData : protected Pointers {
   /// Those of the run.
   Effects effects;
 
+  /// Those that could act, as of now.
+  std::vector<std::shared_ptr<Effect>> find_effects() const;
+
   /// Groups of atoms whose pairs an effect damps, as bits.
   int implicit_groupbits() const { return implicit_groupbits_; }
 
@@ -326,7 +329,6 @@ class PairData : protected Pointers {
   void end_broken_run();
   bigint agree_on_pairs(const PairListBuilder::Found &, bool same_list);
   void find_far(bigint records_without_pair);
-  std::vector<std::shared_ptr<Effect>> find_effects() const;
 };
 
 /// The effects that the rules of a pair style call for; fixes have others.

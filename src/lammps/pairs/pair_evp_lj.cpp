@@ -2,7 +2,7 @@
 
 #include "lammps/pairs/pair_evp_lj.h"
 
-#include "core/law/files.h"
+#include "core/law/row_text.h"
 #include "core/pairs/pair_block.h"
 #include "lammps/base/per_atom.h"
 #include "lammps/base/restart_file.h"

@@ -32,7 +32,7 @@ PairListBuilder::Found PairListBuilder::build(const Input &input, PairLists &lis
   lists.contacts.clear(input.rules.contact_margin(false, input.any_damping),
                        input.rules.flow_of_contacts());
   lists.contacts.joins = input.rules.joins();
-  lists.bonds.joins = input.rules.joins() && input.bonds && input.bonds->has_volume();
+  lists.bonds.joins = input.rules.joins() && input.bonds && input.bonds->notes_joined();
 
   Found found{};
   View view = {scene::rows(atom->x),

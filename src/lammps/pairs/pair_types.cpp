@@ -3,7 +3,7 @@
 #include "lammps/pairs/pair_types.h"
 
 #include "core/bonds/bond_store.h"
-#include "core/law/files.h"
+#include "core/law/row_text.h"
 #include "lammps/base/collective.h"
 #include "lammps/base/scene.h"
 #include "lammps/base/user_input.h"

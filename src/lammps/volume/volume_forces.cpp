@@ -45,6 +45,7 @@ void VolumeForces::pairs_packed(const NeighList *neighbors, bool /*is_first*/)
   PairLists &lists = pairs->lists();
   const PairRules &rules = pairs->rules();
   BondStore *const store = &this->store();
+  records = store->columns<VolumeRecord>();
   bonds_end = rules.breaks();
   is_plastic = rules.plastic;
   columns = Columns(rules);
@@ -52,7 +53,8 @@ void VolumeForces::pairs_packed(const NeighList *neighbors, bool /*is_first*/)
   leaving.clear();
   far.clear();
   VolumeScene now = {reaches(), exclusions()};
-  const VolumeScene &then = store->volume_scene;
+  std::vector<double> &words = store->words[VolumeRecord::NAME];
+  const auto then = VolumeScene::of_words(words);
   const bool takes = then.reaches != now.reaches;
   const bool fewer = !std::includes(now.exclusions.begin(), now.exclusions.end(),
                                     then.exclusions.begin(), then.exclusions.end());
@@ -67,13 +69,13 @@ void VolumeForces::pairs_packed(const NeighList *neighbors, bool /*is_first*/)
     std::vector<char> known = set_references(rest, takes, to_be);
     if (takes)
       for (const char one : known) taken.push_back(!one);
-    for (int i = 0; i < atom->nlocal; i++) lose_partners(store->volume(i), rest[i]);
+    for (int i = 0; i < atom->nlocal; i++) lose_partners(records[i], rest[i]);
   }
-  store->volume_scene = std::move(now);
+  words = now.words();
 
   batches.assign((size_t) stride * lists.nall, 0.0);
   for (int i = 0; i < lists.nlocal; i++) {
-    batches[stride * (size_t) i] = store->volume(i).batch;
+    batches[stride * (size_t) i] = records[i].batch;
     batches[stride * (size_t) i + 1] = openness(i, false);
   }
   exchange.forward_comm(batches);
@@ -128,7 +130,7 @@ void VolumeForces::far_bonds_found(const std::vector<FarBond> &bonds)
 
 VolumeForces::Openness VolumeForces::openness(int i, bool opens) const
 {
-  const VolumeRecord &own = store().volume(i);
+  const VolumeRecord &own = records[i];
   if (own.reference.is(VolumeReference::OPEN)) return IS_OPEN;
   return opens && own.strain > law.cavitation && kv_of(i) > 0.0 ? OPENS : CLOSED;
 }
@@ -180,7 +182,7 @@ void VolumeForces::fill_gaps(const std::vector<char> &taken)
   constexpr double AT_REST = 1e-6;
   before_forces({pairs->positions(), nullptr, nullptr, pairs->lists().nreact});
   for (int i = 0; i < pairs->lists().nlocal; i++) {
-    VolumeReference &own = store().volume(i).reference;
+    VolumeReference &own = records[i].reference;
     const DensityNow now = density(i);
     const double denser = now.bonded - own.own.rho;
     const double unbonded = now.pulling + now.pushing;
@@ -274,7 +276,7 @@ void VolumeForces::find_beside_open()
 std::optional<VolumeReference> VolumeForces::find_change(int i)
 {
   if (!has_strain(i)) return std::nullopt;
-  VolumeReference reference = store().volume(i).reference;
+  VolumeReference reference = records[i].reference;
   double *const own = &densities[columns.n * (size_t) i];
   bool changes = false;
   if (any_open && (own[CEASED] > 0.0 || open[i] == OPENS)) {
@@ -306,13 +308,13 @@ std::optional<VolumeReference> VolumeForces::find_change(int i)
 
 void VolumeForces::committed()
 {
-  for (const Leaving &now : leaving) store().volume(now.i).reference = now.reference;
+  for (const Leaving &now : leaving) records[now.i].reference = now.reference;
   leaving.clear();
   far.clear();
   if (!is_plastic) return;
   for (char &one : open)
     if (one == OPENS) one = IS_OPEN;
-  for (size_t i = 0; i < strains.size(); i++) store().volume((int) i).strain = strains[i];
+  for (size_t i = 0; i < strains.size(); i++) records[(int) i].strain = strains[i];
 }
 
 const VolumeReference &VolumeForces::reference(int i) const
@@ -324,7 +326,7 @@ const VolumeReference &VolumeForces::reference(int i) const
         });
     if (at != leaving.end() && at->i == i) return at->reference;
   }
-  return store().volume(i).reference;
+  return records[i].reference;
 }
 
 // 0 of no pair, which a pair of another style is
@@ -387,7 +389,7 @@ bigint VolumeForces::sum_of_partners() const
 // Was it recorded after the references were taken? A loose one that has joined since has none, and never counts
 bool VolumeForces::is_new(int i) const
 {
-  return !store().volume(i).is_known() && !store().of(i).empty() &&
+  return !records[i].is_known() && !store().of(i).empty() &&
       !(store().has_history() && store().sphere(i).recorded == 0.0);
 }
 
@@ -395,14 +397,14 @@ bool VolumeForces::is_new(int i) const
 // file. 0 of atoms that have none
 std::vector<double> VolumeForces::batches_to_be(bool takes) const
 {
-  const bool keeps = !takes || store().volume_scene.reaches.empty();
+  const bool keeps = !takes || store().words[VolumeRecord::NAME].empty();
   double last = 0.0;
-  for (int i = 0; i < atom->nlocal; i++) last = std::max(last, store().volume(i).batch);
+  for (int i = 0; i < atom->nlocal; i++) last = std::max(last, records[i].batch);
   last = reduce_all(last, MPI_MAX, world);
   std::vector<double> to_be(atom->nlocal, 0.0);
   for (int i = 0; i < atom->nlocal; i++) {
-    if (keeps && store().volume(i).is_known())
-      to_be[i] = store().volume(i).batch;
+    if (keeps && records[i].is_known())
+      to_be[i] = records[i].batch;
     else if (takes ? !store().of(i).empty() : is_new(i))
       to_be[i] = last + 1.0;
   }
@@ -439,7 +441,7 @@ std::vector<char> VolumeForces::set_references(const std::vector<NeighborDensity
   std::vector<char> is_known(atom->nlocal, 0);
   bigint unknown = 0;
   for (int i = 0; i < atom->nlocal; i++) {
-    VolumeRecord &own = store().volume(i);
+    VolumeRecord &own = records[i];
     is_known[i] = own.batch == to_be[i] && own.is_known();
     if (takes || !is_known[i]) own.at_rest = rest[i];
     if (is_known[i]) continue;
@@ -483,7 +485,7 @@ void VolumeForces::note_bonds_at_rest()
   });
   exchange.reverse_comm(sums);
   for (int i = 0; i < lists.nlocal; i++)
-    store().volume(i).at_rest = {sums[width * (size_t) i], sums[width * (size_t) i + 1]};
+    records[i].at_rest = {sums[width * (size_t) i], sums[width * (size_t) i + 1]};
 }
 
 // Collective. The gap of each atom to the mean of its type, of those that are not at a surface: these have a slope far below
@@ -496,7 +498,7 @@ void VolumeForces::set_gaps(const std::vector<char> &is_known)
   for (int round = 0; round < ROUNDS; round++) {
     std::vector<double> sums(WIDTH * mean.size(), 0.0);
     for (int i = 0; i < atom->nlocal; i++) {
-      const NeighborDensity &own = store().volume(i).at_rest;
+      const NeighborDensity &own = records[i].at_rest;
       if (own.slope == 0.0 || own.slope < SURFACE * mean[atom->type[i]].slope) continue;
       double *const sum = &sums[WIDTH * (size_t) atom->type[i]];
       sum[0] += 1.0;
@@ -509,7 +511,7 @@ void VolumeForces::set_gaps(const std::vector<char> &is_known)
         mean[type] = {sum[1] / sum[0], sum[2] / sum[0]};
   }
   for (int i = 0; i < atom->nlocal; i++) {
-    VolumeReference &own = store().volume(i).reference;
+    VolumeReference &own = records[i].reference;
     if (!is_known[i]) own.gap = std::max(0.0, mean[atom->type[i]].rho - own.own.rho);
   }
 }

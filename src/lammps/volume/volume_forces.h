@@ -5,6 +5,7 @@
 #include "core/law/coefficients.h"
 #include "core/pairs/pairs.h"
 #include "core/volume/volume_energy.h"
+#include "core/volume/volume_record.h"
 #include "lammps/base/lammps_names.h"
 #include "lammps/base/scene.h"
 #include "lammps/pairs/effect.h"
@@ -53,6 +54,11 @@ class VolumeForces final : public Effect, protected Pointers {
   {
     pairs = &pair_data;
     return acts();
+  }
+  /// Those that there are stay while there is nothing to do.
+  void keep_values(BondStore &store) override
+  {
+    store.keep<VolumeRecord>(acts() || store.has<VolumeRecord>());
   }
   bool needs_bonds() const override { return acts(); }
   bool uses(double Row::*member) const override { return from_rows && member == &Row::kv; }
@@ -113,6 +119,7 @@ class VolumeForces final : public Effect, protected Pointers {
   std::vector<double> kv;
   PerAtomComm &exchange;
   PairData *pairs = nullptr;    // of the run, as long as its lists hold
+  SphereRecords<VolumeRecord> records;
   /// Pairs that count as without a bond: never bonded, broken, or joined since; their deq is their dlim.
   PairList unbonded{false};
   size_t inv_dlim = 0;                                     // column of the bonds [1/length]
