@@ -154,6 +154,12 @@ def choices(name):
     return {line.split()[1]: line for line in head.splitlines() if re.match(r"variable +\w+ +index ", line)}
 
 
+def included(text):
+    """Texts of the files that a deck includes, and of those that they do."""
+    parts = [(DECKS / f"{part}.lmp").read_text(encoding="utf-8") for part in re.findall(r"\${here}/(\w+)\.lmp", text)]
+    return "".join(part + included(part) for part in parts)
+
+
 def test_decks_have_no_line_that_is_cut_off():
     """Nor any choice in those that stand first."""
     long = [f"{path.name}:{k}" for path in sorted([*DECKS.glob("in.*"), *DECKS.glob("*.lmp")]) for k, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
@@ -170,7 +176,7 @@ def test_about_twelve_choices_which_one_command_prints(name):
     *printed, last = printed.split()
     assert {re.match(r"\w*", word)[0] for word in printed if "?" not in word} - {"coeff_ball", "coeff_right"} == set(found) and last == "only"
     body = TEXT[name].partition(" only\n")[2]
-    body += "".join((DECKS / f"{part}.lmp").read_text(encoding="utf-8") for part in re.findall(r'\${here}/(\w+)\.lmp', body, re.M))
+    body += included(body)
     assert all("# " in line and re.search(rf"\$\{{{choice}\}}|\bv_{choice}\b", body) for choice, line in found.items()), "each is explained and used"
 
 
@@ -186,7 +192,7 @@ def test_what_decks_and_frames_tell_each_other():
     for name, text in TEXT.items():
         if "include         ${also}" not in text:
             continue
-        whole = text + "".join((DECKS / f"{part}.lmp").read_text(encoding="utf-8") for part in re.findall(r'\${here}/(\w+)\.lmp', text))
+        whole = text + included(text)
         theirs = {"".join(names) for names in defined(re.sub(r"#.*", "", whole))}
         assert theirs & {"last", "nsteps", "duration"} and not theirs & own, name
         assert "last" not in theirs or "k" in theirs, name
