@@ -7,7 +7,7 @@ units           si
 atom_style      sphere
 boundary        s s s
 read_data       specimen.data
-set             group all density 4728                  # of the solid, 2770 kg/m3, over the solid fraction of the packing, 0.5859
+set             group all density 4728                  # 2770 kg/m3 over the solid fraction, 0.5859
 neighbor        3.6e-4 bin                              # 6 % of the largest diameter
 # material: the row of potentials/metals.evp, which is scaled with the bonds of this body; bonds flow and harden
 pair_style      evp/lj contact join plasticity isotropic
@@ -25,7 +25,7 @@ group           free subtract all left right
 fix             left left nve/noforce
 fix             right right nve/noforce
 fix             free free nve
-timestep        2e-7                                    # less than half of what compute evp/dt gives
+timestep        2e-7                            # less than half of what compute evp/dt gives
 variable        strain equal (xcm(right,x)-xcm(left,x))/0.04-$((xcm(right,x)-xcm(left,x))/0.04:%.16g)
 variable        stress equal (fcm(left,x)-fcm(right,x))/2/(PI*0.02^2)
 fix             csv all print 20 "$(v_strain:%.6g),$(v_stress:%.6g)" file metal.csv screen no title strain,stress

@@ -53,11 +53,16 @@ def timings(deck, seconds):
     return "\n".join([*lines, f"print '{MARK} end'", ""])
 
 
+def with_includes(path):
+    """Text of a script behind those of the files beside it that it includes, and of theirs."""
+    text = path.read_text(encoding="utf-8")
+    return "".join(with_includes(path.parent / name) for name in re.findall(r"\$\{here\}/([\w.]+)", text)) + text
+
+
 def script(deck, folder, seconds):
     """Writes in.cost, which runs the other script for a while; its -var options. Files go to the folder."""
     text = deck.read_text(encoding="utf-8")
-    parts = "".join((deck.parent / name).read_text(encoding="utf-8") for name in re.findall(r"\$\{here\}/([\w.]+)", text))  # files that it includes
-    (folder / "timings.lmp").write_text(timings(parts + text, max(1.0, 0.2 * seconds)), encoding="utf-8")
+    (folder / "timings.lmp").write_text(timings(with_includes(deck), max(1.0, 0.2 * seconds)), encoding="utf-8")
     choices = ["-var", "out", str(folder / "out")] if re.search(r"^variable\s+out\s", text, re.M) else []
     last = f"print '{MARK} deck ended'"
     begin = f"timer timeout {seconds} every 10"

@@ -37,7 +37,7 @@ def young(runs, body, spheres, row):
 
 
 def page(found, row):
-    """Values of the page, of {(body, spheres): Young's modulus}."""
+    """Values of the section, of {(body, spheres): Young's modulus}."""
     sizes = sorted({spheres for _, spheres in found})
     reference = found[next(iter(BODIES)), sizes[-1]]
     off = {case: value / reference - 1.0 for case, value in found.items()}
@@ -50,7 +50,7 @@ def page(found, row):
 
 
 def main(words=None):
-    with Study(__doc__, "any_body", row="potentials/gado2017.evp:table1_any", spheres=[500, 2000, 8000]).started(words) as study:
+    with Study(__doc__, "any_body", "validation", row="potentials/gado2017.evp:table1_any", spheres=[500, 2000, 8000]).started(words) as study:
         file, _, name = study.row.rpartition(":")
         path = pathlib.Path(file) if pathlib.Path(file).exists() else CHECKOUT / file
         plan = [(body, spheres) for spheres in sorted(study.spheres) for body in BODIES]

@@ -19,7 +19,8 @@ import time
 from statistics import median
 from typing import NamedTuple
 
-from study import CHECKOUT, DECKS, RunError, command_line, deck_command, errors_in_one_line, lammps_command, output_of, ratios, split_at_marks, spread, table, watched, write_between, write_csv
+from study import (CHECKOUT, DECKS, RunError, command_line, deck_command, errors_in_one_line, lammps_command, output_of, ratios, section_marks, split_at_marks, spread,
+                   table, watched, write_between, write_csv)
 import bench_scenes as scenes
 from evp import figures
 
@@ -33,7 +34,7 @@ OWN, OTHER = "#0072B2", "#999999"
 
 def marks(section):
     """Around what a section writes."""
-    return f"<!-- {section}: doc/studies/bench.py -->\n", f"<!-- end of {section} -->"
+    return section_marks(section, "doc/studies/bench.py")
 
 
 class Timing(NamedTuple):

@@ -79,7 +79,7 @@ def needed(limit, slope):
 
 
 def page(results):
-    """Values of the page, of {spheres: [Found of each seed]}."""
+    """Values of the section, of {spheres: [Found of each seed]}."""
     def cell(bodies, member):
         return mean_of([getattr(found, member) for found in bodies], ".3f")
 
@@ -100,7 +100,7 @@ def page(results):
 
 def main(words=None):
     results = {}
-    with Study(__doc__, "closed_form_loads", spheres=[2000, 4000, 16000], seeds=2).started(words) as study:
+    with Study(__doc__, "closed_form_loads", "validation", spheres=[2000, 4000, 16000], seeds=2).started(words) as study:
         plan = [(spheres, seed) for spheres in sorted(study.spheres) for seed in range(1, study.seeds + 1)]
         for spheres, seed in study.each(plan, lambda case: f"{case[0]} spheres, seed {case[1]}", lambda case: case[0] ** (4.0 / 3.0)):
             results.setdefault(spheres, []).append(measure(spheres, seed, study.runs))

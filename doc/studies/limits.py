@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What the steps between two updates of plastic strains and limits change: keyword update of pair_style evp/lj, for the page of time_order.py.
+"""What the steps between two updates of plastic strains and limits change: keyword update of pair_style evp/lj, for the section of time_order.py.
 
 Bodies of 500 spheres by the shipped input scripts, with 1, 10 and 40 steps and two timesteps: hardening, softening by the flow table and by heat, and a limit that
 depends on the strain rate. What plastic strains lag behind is half of the strain between two updates.

@@ -72,6 +72,11 @@ def split_at_marks(path, start, end):
     return head, *rest.split(end)
 
 
+def section_marks(name, program):
+    """The marks around a section of a page that a program writes."""
+    return f"<!-- {name}: {program} -->\n", f"<!-- end of {name} -->"
+
+
 def write_between(path, start, end, text):
     """Replaces what stands between two marks of a file."""
     head, _, tail = split_at_marks(path, start, end)
@@ -142,24 +147,27 @@ class Runs:
 
 
 class Study:
-    """A program that writes doc/NAME.md from the template doc/studies/NAME.md.
+    """A program that writes doc/NAME.md from the template doc/studies/NAME.md; with a page, the section of that name of doc/PAGE.md.
 
     choices: options of the command line with their defaults, which give their types. After parse() or started() they are attributes, as are runs and out."""
 
-    def __init__(self, text, name, **choices):
+    def __init__(self, text, name, page=None, **choices):
         self.name, self.choices, self.parser = name, choices, command_line(text)
+        self.marks = section_marks(name, f"doc/studies/{name}.py") if page else None
         for option, default in choices.items():
             first = default[0] if isinstance(default, (list, tuple)) else default
             self.parser.add_argument(f"--{option}", type=type(first), default=default, nargs="+" if isinstance(default, (list, tuple)) else None,
                                      help=f"default {' '.join(map(str, default)) if isinstance(default, (list, tuple)) else default}")
         self.parser.add_argument("--work", type=pathlib.Path, default=CHECKOUT / "build" / name, help="where runs are kept (default: %(default)s)")
         self.parser.add_argument("--fresh", action="store_true", help="forget the runs that are kept")
-        self.parser.add_argument("--out", type=pathlib.Path, default=CHECKOUT / "doc" / f"{name}.md", help="page to write (default: %(default)s)")
+        self.parser.add_argument("--out", type=pathlib.Path, default=CHECKOUT / "doc" / f"{page or name}.md", help="page to write (default: %(default)s)")
 
     def parse(self, words=None):
         """Takes the command line."""
         chosen = self.parser.parse_args(words)
         vars(self).update(vars(chosen))
+        if self.marks:
+            split_at_marks(self.out, *self.marks)  # before the runs, not after them
         if chosen.fresh:
             shutil.rmtree(chosen.work, ignore_errors=True)
         self.runs = Runs(chosen.work)
@@ -179,13 +187,16 @@ class Study:
         return watched(f"{self.name}.py:", items, name, cost)
 
     def write(self, **values):
-        """The page: $NAME of the template stands for a value, a table as (header, rows) among them; $command for the command line. ValueError where one is missing."""
+        """The page, or its section: $NAME of the template stands for a value, a table as (header, rows) among them; $command for the command line. ValueError where one is missing."""
         text = {name: "\n".join(table(*value)) if isinstance(value, tuple) else value for name, value in values.items()}
         try:
             page = string.Template((STUDIES / f"{self.name}.md").read_text(encoding="utf-8")).substitute(text, command=self.command)
         except KeyError as error:
             raise ValueError(f"doc/studies/{self.name}.md has ${error.args[0]}, which {self.name}.py does not give") from error
-        self.out.write_text(page, encoding="utf-8")
+        if self.marks:
+            write_between(self.out, *self.marks, page)
+        else:
+            self.out.write_text(page, encoding="utf-8")
         print(page, end="")
 
     def draw(self, curves, header, **look):

@@ -67,7 +67,7 @@ def measure(way, halvings, folder):
 
 def main(words=None):
     rows, orders = [], {}
-    with Study(__doc__, "time_order", halvings=4).started(words) as study, tempfile.TemporaryDirectory() as name:
+    with Study(__doc__, "time_order", "validation", halvings=4).started(words) as study, tempfile.TemporaryDirectory() as name:
         for way in study.each(WAYS, lambda way: f"fix {way.style}, gamma {way.gamma:g}"):
             differences, atoms = measure(way, study.halvings, pathlib.Path(name))
             order = np.log2(differences[:-1] / differences[1:])

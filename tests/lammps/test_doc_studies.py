@@ -44,7 +44,7 @@ def test_plastic_strains_lag_by_half_of_the_strain_between_two_updates(tmp_path)
     case, runs = next(case for case in limits.CASES if (case.name, case.rate) == ("hardening, shear", 500.0))._replace(at=(0.01, 0.012)), Runs(tmp_path)
     found = {update: limits.measure(case, update, 0.4, runs, "just_yielded") for update in (1, 5, 10)}
     off = {update: limits.differences(found[update], found[1])[0] for update in (5, 10)}
-    printed = re.search(r"^\| hardening, shear \|.* 25\.0 MPa at 0\.01, .*?\| (\S+),", (DOC / "time_order.md").read_text(encoding="utf-8"), re.M)[1]
+    printed = re.search(r"^\| hardening, shear \|.* 25\.0 MPa at 0\.01, .*?\| (\S+),", (DOC / "validation.md").read_text(encoding="utf-8"), re.M)[1]
     assert off[10] == pytest.approx(float(printed), abs=0.15)
     lag = 10 * found[10].step / 2
     assert off[10] == pytest.approx(-100.0 * 0.25 * lag / (0.01 - 0.001), rel=0.3) and off[5] == pytest.approx(0.5 * off[10], rel=0.3)
@@ -60,7 +60,7 @@ def found(tmp_path_factory):
 
 @pytest.mark.parametrize("load, most, least", [("torsion", 0.92, 0.8), ("bending", 0.93, 0.85)])
 def test_stiffness(found, load, most, least):
-    """With 1000 spheres the surface takes a tenth (doc/closed_form_loads.md); the ratio that the places and directions of the bonds give for it is met
+    """With 1000 spheres the surface takes a tenth (doc/validation.md); the ratio that the places and directions of the bonds give for it is met
     within 4 % in the mean of two packings, and no number is fitted."""
     measured, bonds = ([getattr(one, name) for one in found] for name in (load, f"{load}_bonds"))
     assert statistics.mean(a / b for a, b in zip(measured, bonds)) == pytest.approx(1.0, abs=0.04)

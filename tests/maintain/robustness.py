@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Runs the robustness tests, tests/lammps/test_robust_*.py, and writes a table of their results to doc/hard_cases.md.
+"""Runs the robustness tests, tests/lammps/test_robust_*.py, and writes a table of their results to doc/validation.md.
 
-    tests/maintain/robustness.py [--out doc/hard_cases.md]
+    tests/maintain/robustness.py [--out doc/validation.md]
 
 The suite runs them on one MPI rank: that numbers do not depend on the ranks is for test_matrix.py. Here they run on all that they name.
 
@@ -20,10 +20,10 @@ import xml.etree.ElementTree as ElementTree
 from typing import NamedTuple
 
 import tools_path  # noqa: F401  before evp
-from study import CHECKOUT, command_line, table
+from study import CHECKOUT, command_line, section_marks, split_at_marks, table, write_between
 
 FILES = sorted((CHECKOUT / "tests" / "lammps").glob("test_robust_*.py"))
-HEAD = """# Robustness tests
+HEAD = """## Robustness tests
 
 {answer}
 Each test fails with the faults in its row: `tests/maintain/faults.py` builds the plugin with each fault and checks that.
@@ -35,6 +35,7 @@ Written by `tests/maintain/robustness.py`; the tests are `tests/lammps/test_robu
 - *Fails with*: faults of a build.
 
 """
+MARKS = section_marks("robustness", "tests/maintain/robustness.py")
 CASE = re.compile(r"test_(\w+)\[(\d+)ranks(?:-(.+))?\]$")
 
 
@@ -89,8 +90,9 @@ def main(words=None):
     from faults import FAULTS, fault_names
 
     parser = command_line(__doc__)
-    parser.add_argument("--out", type=pathlib.Path, default=CHECKOUT / "doc" / "hard_cases.md", help="the file to write")
+    parser.add_argument("--out", type=pathlib.Path, default=CHECKOUT / "doc" / "validation.md", help="the page whose section to write")
     options = parser.parse_args(words)
+    split_at_marks(options.out, *MARKS)  # before the runs, not after them
     results, demands = run(FILES, EVP_ALL_RANKS="1"), requirements()
     rows = []
     for name in dict.fromkeys(name for name, _ in results):
@@ -100,7 +102,7 @@ def main(words=None):
     ranks = ", ".join(map(str, sorted({ranks for _, ranks in results})))
     answer = f"{len(rows)} tests: " + (f"{failed} runs FAILED." if failed else f"all pass on {ranks} MPI ranks.")
     text = HEAD.format(answer=answer) + "\n".join(table(("test", "requirement", "result", "fails with"), rows)) + "\n"
-    options.out.write_text(text, encoding="utf-8")
+    write_between(options.out, *MARKS, text)
     print(f"{answer} {options.out}")
     return 1 if failed else 0
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""doc/studies: what the pages of any_body, large_strain, metals, notched_tension and accuracy_cost say of known runs; shipped rows, commands and
+"""doc/studies: what the sections and pages of any_body, large_strain, metals, notched_tension and accuracy_cost say of known runs; shipped rows, commands and
 targets belong together; the first look, and loads against integrals."""
 
 import math
@@ -27,7 +27,7 @@ from evp.report import write_csv
 from evp.run import CHECKOUT, DECKS, RunError
 from metals import METALS
 from notched_tension import CONSTANT, INVERSE, POWER
-from study import Study
+from study import Study, section_marks, split_at_marks
 
 # ---- stir: what is left behind the pin ----
 
@@ -61,7 +61,7 @@ def test_wake_of_a_lattice():
 
 
 def page_of(off):
-    """Values of the page of bodies whose difference is off[N]; the cylinder has none."""
+    """Values of the section of bodies whose difference is off[N]; the cylinder has none."""
     found = {(body, n): 2e10 * (1.0 + (0.0 if body == next(iter(any_body.BODIES)) else share)) for n, share in off.items() for body in any_body.BODIES}
     return any_body.page(found, "some.evp:row")
 
@@ -197,7 +197,9 @@ def test_exponent_of_a_known_law():
     assert values["kept"] == values["works"].split(", ")[0] and values["p"] == "0.33"
 
 
-# ---- study: runs that are kept, pages from templates ----
+# ---- study: runs that are kept, pages and sections from templates ----
+
+VALIDATION = CHECKOUT / "doc" / "validation.md"
 
 
 def test_runs_are_kept_until_their_command_changes(tmp_path):
@@ -221,7 +223,33 @@ def test_page_of_a_template(tmp_path, monkeypatch, capsys):
         one.write(title="A")
 
 
-@pytest.mark.parametrize("template", sorted(study.STUDIES.glob("*.md")), ids=lambda path: path.stem)
+def test_section_of_a_page(tmp_path, monkeypatch):
+    """What is around it stays. A page without its marks is an error before any run."""
+    monkeypatch.setattr(study, "STUDIES", tmp_path)
+    (tmp_path / "any.md").write_text("## $title\n", encoding="utf-8")
+    page = tmp_path / "page.md"
+    page.write_text("# Page\n\n<!-- any: doc/studies/any.py -->\nold\n<!-- end of any -->\n\n## Other\n", encoding="utf-8")
+    one = study.Study("text", "any", "page").parse(["--work", str(tmp_path / "w"), "--out", str(page)])
+    one.write(title="A")
+    assert page.read_text(encoding="utf-8") == "# Page\n\n<!-- any: doc/studies/any.py -->\n## A\n<!-- end of any -->\n\n## Other\n"
+    page.write_text("# Page\n", encoding="utf-8")
+    with pytest.raises(ValueError, match="page.md must hold '<!-- any: doc/studies/any.py -->"):
+        one.parse(["--work", str(tmp_path / "w"), "--out", str(page)])
+
+
+TEMPLATES = sorted(study.STUDIES.glob("*.md"))
+
+
+@pytest.mark.parametrize("template", TEMPLATES, ids=lambda path: path.stem)
+def test_page_is_that_of_its_template(template):
+    """But for the numbers, which another machine may not write again."""
+    page = CHECKOUT / "doc" / template.name
+    text = page.read_text(encoding="utf-8") if page.exists() else split_at_marks(VALIDATION, *section_marks(template.stem, f"doc/studies/{template.stem}.py"))[1]
+    fixed = re.split(r"\$\w+", template.read_text(encoding="utf-8"))
+    assert re.fullmatch(r"[\s\S]*?".join(map(re.escape, fixed)), text)
+
+
+@pytest.mark.parametrize("template", TEMPLATES, ids=lambda path: path.stem)
 def test_each_name_of_a_template_is_given_by_its_study(template):
     names = set(re.findall(r"(?<!\$)\$(\w+)", template.read_text(encoding="utf-8"))) - {"command"}
     source = template.with_suffix(".py").read_text(encoding="utf-8")
