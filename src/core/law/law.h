@@ -21,6 +21,9 @@ enum class Flow {
 /// is a little below its limit after each of them.
 constexpr double AT_LIMIT = 0.99;
 
+// Where a contact has flowed by more than this share its deq is not R_i + R_j.
+constexpr double CONTACT_MARGIN = 1.0e-12;
+
 /// ln(a/b), to the last digits: by how much a pair flows. The series is for numbers that differ by less than a tenth.
 EVP_INLINE double log_of_close_ratio(double a, double b)
 {
@@ -56,12 +59,6 @@ template <class Powers> struct Regime {
     return a * s * (of_s.sm - of_s.sn);
   }
 
-  /// 1 - s^N at exponents (2 N, N), to the last digits: of it both force and energy are products.
-  EVP_INLINE static double one_minus_power(double strain, double s)
-  {
-    return power_minus_1<Powers::lower>(strain) * fixed_power<Powers::lower>(s);
-  }
-
   /// Phi(d) - Phi(deq), accurate to 1e-11 of itself at any strain: no difference of large numbers is left.
   EVP_INLINE double stored(double strain, double s) const
   {
@@ -76,22 +73,17 @@ template <class Powers> struct Regime {
   }
 
  private:
-  template <int M, int N>
-  EVP_INLINE static double stored_per_depth(FixedPowers<M, N>, double strain, double s)
+  EVP_INLINE static double stored_per_depth(Powers84, double strain, double s)
   {
-    const double open = power_minus_1<N>(strain) * fixed_power<N>(s);
+    const double open = Powers84::one_minus_sn(strain, s);
     return open * open;
   }
-  static double stored_per_depth(const AnyPowers &powers, double strain, double s)
+  static double stored_per_depth(const AnyPowers &any, double strain, double s)
   {
-    return with_powers(powers.m, powers.n, powers, [strain, s](const auto &own) -> double {
-      if constexpr (std::decay_t<decltype(own)>::are_fixed)
-        return stored_per_depth(own, strain, s);
-      else {
-        const double log_s = -std::log1p(strain), m = own.m, n = own.n;
-        return (n * expm1_minus_x(m * log_s) - m * expm1_minus_x(n * log_s)) / (m - n);
-      }
-    });
+    const double m = any.m, n = any.n;
+    if (Powers84::are(m, n)) return stored_per_depth(Powers84(), strain, s);
+    const double log_s = -std::log1p(strain);
+    return (n * expm1_minus_x(m * log_s) - m * expm1_minus_x(n * log_s)) / (m - n);
   }
 };
 
@@ -100,14 +92,14 @@ template <class Powers> struct Regime {
 ///
 /// Notation: d distance of the centres, deq the equilibrium distance of the pair, r = d/deq, F > 0 repels.
 ///
-/// With plasticity there is the first regime alone, at an r that is held within 1 -+ y, y being the limit that the spheres of
-/// the pair have: beyond it deq moves, so that d/deq is there. F d and what is stored do not change as a pair flows, of bonds that thin over their
-/// thickness().
+/// With plasticity there is the first regime alone, at the elastic r, which is within 1 -+ y, y being the limit that the spheres
+/// of the pair have: beyond it deq moves, so that d/deq is there. F d and what is stored do not change as a pair flows, of bonds
+/// that thin over their thickness().
 template <class Powers> class Law {
  public:
   Regime<Powers> first, second;
   double xi_s, gamma;
-  double thickness_per_cutoff;    ///< of bonds that thin, see thickness(); else 0
+  double thickness_per_cutoff;    ///< of bonds that thin, see sum_radii(); else 0
 
   /// Throws BadInput where a member breaks its rule, or numbers of this law would overflow.
   explicit Law(const Row &row) :
@@ -153,7 +145,7 @@ template <class Powers> class Law {
     const double strain = at.is_first ? xi : xi - std::copysign(xi_s, xi);
     double own;
     if constexpr (Powers::are_fixed) {
-      const double open = Regime<Powers>::one_minus_power(strain, s);
+      const double open = Powers::one_minus_sn(strain, s);
       own = (at.is_first ? first.e : second.e) * open * open;
     } else
       own = (at.is_first ? first : second).stored(strain, s);
@@ -164,39 +156,60 @@ template <class Powers> class Law {
 
   // plasticity
 
-  /// The r where a pair at r is held that flows beyond the limit of its spheres. Of a contact 1 where it is apart.
-  template <bool Contact> EVP_INLINE static double held(double r, double limit)
+  /// The elastic r of a pair at r, within its limit, by return mapping: deq moves until d/deq is there. A contact that is apart
+  /// is at 1.
+  template <bool Contact> EVP_INLINE static double elastic_ratio(double r, double limit)
   {
     const double low = 1.0 - limit, high = Contact ? 1.0 : 1.0 + limit;
     return r < low ? low : r > high ? high : r;
   }
 
-  /// Does it flow there from r? A contact that is apart does not.
-  template <bool Contact> EVP_INLINE static bool flows(double r, double held)
+  /// Does deq move? That of a contact which is apart does past its cutoff, back to R_i + R_j.
+  template <bool Contact> EVP_INLINE static bool flows(double r, double elastic, bool past_cutoff)
   {
-    return Contact ? held > r : held != r;
+    return Contact ? elastic > r || (past_cutoff && r > 1.0 + CONTACT_MARGIN) : elastic != r;
   }
 
-  /// Dissipated as a pair flows that is held where F deq is this [energy]: the integral of |F| along d, as F d stays.
-  static double dissipated(double force, double r, double held)
+  /// A pair after its flow.
+  struct Flowed {
+    double inv_deq;
+    double force, stored;    ///< F deq and the energy above deq [energy]
+    double force_d;          ///< F d over the thickness [energy]
+  };
+
+  /// s: 1/r of the elastic r. inv_deq: before the flow; inv_deq_flowed: the elastic r over d.
+  /// sum_radii: see thickness(). Stores: is `stored` asked for?
+  template <bool Stores>
+  EVP_INLINE Flowed flowed(double elastic, double s, double inv_deq, double sum_radii) const
   {
-    return std::fabs(force * held * log_of_ratio(r, held));
+    const double thick = thickness(sum_radii, inv_deq), force = first.force(s);
+    return {inv_deq, force * thick, Stores ? first.stored(elastic - 1.0, s) * thick : 0.0,
+            force * elastic};
   }
 
-  EVP_INLINE bool thins() const { return thickness_per_cutoff > 0.0; }
-
-  /// (R_i + R_j)/deq of a bond that thins, else 1: of its force and what it stores, over those of the law. cutoff: dlim.
-  EVP_INLINE double thickness(double cutoff, double inv_deq) const
+  /// Dissipated by that flow [energy]: the integral of |F| along d, as F d stays. log_ratio: ln(r/elastic).
+  EVP_INLINE static double dissipated(double force_d, double log_ratio)
   {
-    return thins() ? thickness_per_cutoff * cutoff * inv_deq : 1.0;
+    return std::fabs(force_d * log_ratio);
   }
 
-  /// dissipated() of a bond that thins: the work on it, which is the integral of -F along d, plus the decrease of what it
-  /// stores. thickness: before the flow; carried, stored: F d and stored energy over the thickness.
-  EVP_INLINE static double dissipated_thinning(double thickness, double carried, double stored,
-                                               double r, double held)
+  /// The same of a bond that thins: the work on it, which is the integral of -F along d, plus the decrease of what it stores.
+  EVP_INLINE double dissipated_thinning(double force_d, double r, double elastic,
+                                        double thickness_before) const
   {
-    return thickness * (r - held) / r * (stored - carried);
+    const double stored = first.stored(elastic - 1.0, 1.0 / elastic);
+    return thickness_before * (r - elastic) / r * (stored - force_d);
+  }
+
+  bool thins() const { return thickness_per_cutoff > 0.0; }
+
+  /// R_i + R_j of a bond that thins, else 0 [length]. cutoff: dlim.
+  EVP_INLINE double sum_radii(double cutoff) const { return thickness_per_cutoff * cutoff; }
+
+  /// (R_i + R_j)/deq of a bond that thins, else 1: of its force and what it stores, over those of the law.
+  EVP_INLINE static double thickness(double sum_radii, double inv_deq)
+  {
+    return sum_radii > 0.0 ? sum_radii * inv_deq : 1.0;
   }
 
  private:
@@ -248,13 +261,12 @@ class PairLaw : public Law<AnyPowers> {
     check_range();
   }
 
-  /// At r = d/deq.
+  /// At r = d/deq; past its cutoff a pair is at r = cut/deq.
   PairState state(double r, const PairVariables &pair) const
   {
     PairState now = pair.flow == Flow::FORGETS ? state_forgetting(r)
-        : pair.flow == Flow::STAYS             ? state_flowing<false>(r, pair.limit)
-                                               : state_flowing<true>(r, pair.limit);
-    if (pair.flow == Flow::STAYS && thins()) thin(now, r, pair);
+        : pair.flow == Flow::STAYS             ? state_flowing<false>(r, pair)
+                                               : state_flowing<true>(r, pair);
     now.inv_deq *= pair.inv_deq;
     const double per_square = now.inv_deq * now.inv_deq;
     now.stiffness_ahead = std::max(now.stiffness, now.stiffness_ahead) * per_square;
@@ -285,29 +297,26 @@ class PairLaw : public Law<AnyPowers> {
     return now;
   }
 
-  template <bool Contact> PairState state_flowing(double r, double limit) const
+  // lengths over deq
+  template <bool Contact> PairState state_flowing(double r, const PairVariables &pair) const
   {
+    const double cutoff = pair.cut * pair.inv_deq, radii = Contact ? 0.0 : sum_radii(cutoff);
+    const double elastic = elastic_ratio<Contact>(r, pair.limit), s = 1.0 / elastic;
+    const bool moves = flows<Contact>(r, elastic, r >= cutoff);
+    const Flowed after = flowed<true>(elastic, s, moves ? elastic / r : 1.0, radii);
+    const double thick = thickness(radii, after.inv_deq);
     PairState now{};
-    const double at = held<Contact>(r, limit), s = 1.0 / at, strain = at - 1.0;
-    const bool moves = flows<Contact>(r, at);
-    now.force = first.force(s);
-    now.stored = {first.stored(strain, s), 0.0};
-    now.dissipated = moves ? dissipated(now.force, r, at) : 0.0;
-    now.inv_deq = moves ? at / r : 1.0;
-    now.stiffness = Contact && r > 1.0 ? 0.0 : first.stiffness(s);
-    now.stiffness_ahead = row.m1 * row.n1 * row.e1;
-    now.regime = std::fabs(strain) >= AT_LIMIT * limit ? 2 : 1;
+    now.inv_deq = after.inv_deq;
+    now.force = after.force;
+    now.stored = {after.stored, 0.0};
+    if (moves)
+      now.dissipated = radii > 0.0
+          ? dissipated_thinning(after.force_d, r, elastic, thickness(radii, 1.0))
+          : dissipated(after.force_d, log_of_ratio(r, elastic));
+    now.stiffness = Contact && r > 1.0 ? 0.0 : first.stiffness(s) * thick;
+    now.stiffness_ahead = row.m1 * row.n1 * row.e1 * thick;
+    now.regime = std::fabs(elastic - 1.0) >= AT_LIMIT * pair.limit ? 2 : 1;
     return now;
-  }
-
-  /// Turns what state_flowing() found into that of a bond that thins.
-  void thin(PairState &now, double r, const PairVariables &pair) const
-  {
-    const double before = thickness(pair.cut, pair.inv_deq), after = before * now.inv_deq;
-    const double at = r * now.inv_deq;
-    now.dissipated = dissipated_thinning(before, now.force * at, now.stored.elastic, r, at);
-    for (double *value : {&now.force, &now.stored.elastic, &now.stiffness, &now.stiffness_ahead})
-      *value *= after;
   }
 
   /// Leaves room for distances far from deq and for products of forces.

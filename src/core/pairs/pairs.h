@@ -22,9 +22,6 @@ constexpr double RECORD_MARGIN = 1.0e-9;
 constexpr double BOND_MARGIN = 2.0e-9;
 constexpr double LIST_MARGIN = 3.0e-9;
 
-// Where a contact has flowed by more than this share its deq is not R_i + R_j.
-constexpr double CONTACT_MARGIN = 1.0e-12;
-
 // A pair at rest has round-off too: it is stretched beyond this strain.
 constexpr double STRETCH_MARGIN = 1.0e-9;
 
