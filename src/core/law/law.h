@@ -6,7 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <type_traits>
+#include <utility>
 
 namespace EVP {
 
@@ -156,35 +156,30 @@ template <class Powers> class Law {
 
   // plasticity
 
-  /// The elastic r of a pair at r, within its limit, by return mapping: deq moves until d/deq is there. A contact that is apart
-  /// is at 1.
-  template <bool Contact> EVP_INLINE static double elastic_ratio(double r, double limit)
-  {
-    const double low = 1.0 - limit, high = Contact ? 1.0 : 1.0 + limit;
-    return r < low ? low : r > high ? high : r;
-  }
-
-  /// Does deq move? That of a contact which is apart does past its cutoff, back to R_i + R_j.
-  template <bool Contact> EVP_INLINE static bool flows(double r, double elastic, bool past_cutoff)
-  {
-    return Contact ? elastic > r || (past_cutoff && r > 1.0 + CONTACT_MARGIN) : elastic != r;
-  }
-
-  /// A pair after its flow.
+  /// A pair whose flow stays.
   struct Flowed {
-    double inv_deq;
+    double elastic;          ///< r after the flow, within the limit; of a contact that is apart 1
+    double inv_deq;          ///< after the flow
     double force, stored;    ///< F deq and the energy above deq [energy]
     double force_d;          ///< F d over the thickness [energy]
   };
 
-  /// s: 1/r of the elastic r. inv_deq: before the flow; inv_deq_flowed: the elastic r over d.
-  /// sum_radii: see thickness(). Stores: is `stored` asked for?
-  template <bool Stores>
-  EVP_INLINE Flowed flowed(double elastic, double s, double inv_deq, double sum_radii) const
+  /// Return mapping of a pair at r: deq moves until d/deq is within 1 -+ limit. A contact flows in compression only; one that
+  /// is past its cutoff rests at R_i + R_j again. inv_deq: before the flow. inverses(elastic): {1/elastic, elastic/d}.
+  /// sum_radii: see there. Stores: is `stored` asked for?
+  template <bool Contact, bool Stores, class F>
+  EVP_INLINE Flowed flow(double r, double limit, bool past_cutoff, double inv_deq, double sum_radii,
+                         F &&inverses) const
   {
-    const double thick = thickness(sum_radii, inv_deq), force = first.force(s);
-    return {inv_deq, force * thick, Stores ? first.stored(elastic - 1.0, s) * thick : 0.0,
-            force * elastic};
+    const double low = 1.0 - limit, high = Contact ? 1.0 : 1.0 + limit;
+    const double elastic = r < low ? low : r > high ? high : r;
+    const bool returns = past_cutoff && r > 1.0 + CONTACT_MARGIN;
+    const bool flows = Contact ? elastic > r || returns : elastic != r;
+    const auto [s, inv_deq_flowed] = inverses(elastic);
+    const double inv_deq_next = flows ? inv_deq_flowed : inv_deq;
+    const double thick = thickness(sum_radii, inv_deq_next), force = first.force(s);
+    const double stored = Stores ? first.stored(elastic - 1.0, s) * thick : 0.0;
+    return {elastic, inv_deq_next, force * thick, stored, force * elastic};
   }
 
   /// Dissipated by that flow [energy]: the integral of |F| along d, as F d stays. log_ratio: ln(r/elastic).
@@ -194,11 +189,11 @@ template <class Powers> class Law {
   }
 
   /// The same of a bond that thins: the work on it, which is the integral of -F along d, plus the decrease of what it stores.
-  EVP_INLINE double dissipated_thinning(double force_d, double r, double elastic,
-                                        double thickness_before) const
+  /// thickness: before the flow; stored: over the thickness.
+  EVP_INLINE static double dissipated_thinning(double force_d, double stored, double r,
+                                               double elastic, double thickness)
   {
-    const double stored = first.stored(elastic - 1.0, 1.0 / elastic);
-    return thickness_before * (r - elastic) / r * (stored - force_d);
+    return thickness * (r - elastic) / r * (stored - force_d);
   }
 
   bool thins() const { return thickness_per_cutoff > 0.0; }
@@ -301,21 +296,24 @@ class PairLaw : public Law<AnyPowers> {
   template <bool Contact> PairState state_flowing(double r, const PairVariables &pair) const
   {
     const double cutoff = pair.cut * pair.inv_deq, radii = Contact ? 0.0 : sum_radii(cutoff);
-    const double elastic = elastic_ratio<Contact>(r, pair.limit), s = 1.0 / elastic;
-    const bool moves = flows<Contact>(r, elastic, r >= cutoff);
-    const Flowed after = flowed<true>(elastic, s, moves ? elastic / r : 1.0, radii);
-    const double thick = thickness(radii, after.inv_deq);
+    const auto at =
+        flow<Contact, true>(r, pair.limit, r >= cutoff, 1.0, radii, [r](double elastic) {
+          return std::pair(1.0 / elastic, elastic / r);
+        });
+    const double s = 1.0 / at.elastic, thick = thickness(radii, at.inv_deq);
     PairState now{};
-    now.inv_deq = after.inv_deq;
-    now.force = after.force;
-    now.stored = {after.stored, 0.0};
-    if (moves)
-      now.dissipated = radii > 0.0
-          ? dissipated_thinning(after.force_d, r, elastic, thickness(radii, 1.0))
-          : dissipated(after.force_d, log_of_ratio(r, elastic));
+    now.inv_deq = at.inv_deq;
+    now.force = at.force;
+    now.stored = {at.stored, 0.0};
+    now.dissipated = dissipated(at.force_d, log_of_ratio(r, at.elastic));
+    if (radii > 0.0) {
+      const double elastic = r * at.inv_deq, stored = first.stored(at.elastic - 1.0, s);
+      now.dissipated =
+          dissipated_thinning(first.force(s) * elastic, stored, r, elastic, thickness(radii, 1.0));
+    }
     now.stiffness = Contact && r > 1.0 ? 0.0 : first.stiffness(s) * thick;
     now.stiffness_ahead = row.m1 * row.n1 * row.e1 * thick;
-    now.regime = std::fabs(elastic - 1.0) >= AT_LIMIT * pair.limit ? 2 : 1;
+    now.regime = std::fabs(at.elastic - 1.0) >= AT_LIMIT * pair.limit ? 2 : 1;
     return now;
   }
 

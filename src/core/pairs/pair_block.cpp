@@ -90,19 +90,20 @@ namespace {
       const bool past = dsq > cutsq[k];
       const double d = up_to_cutoff(dsq, cutsq[k], to_cutoff);
       const double r = d * inv_deq[k];
-      const double at = c.template elastic_ratio<Contact>(r, flow.limit[k]);
-      // 1/d and s = 1/at from one division
-      const double w = 1.0 / (at * d);
-      const double s = w * d, inv_d = w * at;
       const double radii = Contact ? 0.0 : c.sum_radii(std::sqrt(cutsq[k]) * to_cutoff);
-      const bool flows = c.template flows<Contact>(r, at, past);
-      const auto now = c.template flowed<Stored>(at, s, flows ? at * inv_d : inv_deq[k], radii);
+      double inv_d;
+      const auto now = c.template flow<Contact, Stored>(
+          r, flow.limit[k], past, inv_deq[k], radii, [&](double at) EVP_KERNEL {
+            const double w = 1.0 / (at * d);    // one division for both
+            inv_d = w * at;
+            return std::pair(w * d, at * inv_d);
+          });
       put_force<Damping>(block, k, now.force, now.inv_deq, inv_d, c.gamma,
                          !(past || (Contact && r > 1.0)));
       moves += (int) ((now.inv_deq != inv_deq[k]) | (!Contact & past));    // no ||: vectorized
       next[k] = now.inv_deq;
       ratio[k] = r;
-      elastic[k] = at;
+      elastic[k] = now.elastic;
       force_d[k] = now.force_d;
       sum_radii[k] = radii;
       thinning += (int) (radii > 0.0);
@@ -128,9 +129,9 @@ namespace {
       EVP_INDEPENDENT
       for (int k = 0; k < n; k++) {
         const Law<Powers> &c = Many ? *own[k] : only;
-        const double thickness = c.thickness(sum_radii[k], inv_deq[k]);
-        const double dissipated =
-            c.dissipated_thinning(force_d[k], ratio[k], elastic[k], thickness);
+        const double at = elastic[k], stored = c.first.stored(at - 1.0, 1.0 / at);
+        const double dissipated = c.dissipated_thinning(force_d[k], stored, ratio[k], at,
+                                                        c.thickness(sum_radii[k], inv_deq[k]));
         flow.inv_deq_next[k] = next[k];
         flow.dissipated[k] = sum_radii[k] > 0.0 ? dissipated : flow.dissipated[k];
       }
