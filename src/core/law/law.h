@@ -295,9 +295,10 @@ class PairLaw : public Law<AnyPowers> {
   // lengths over deq
   template <bool Contact> PairState state_flowing(double r, const PairVariables &pair) const
   {
-    const double cutoff = pair.cut * pair.inv_deq, radii = Contact ? 0.0 : sum_radii(cutoff);
+    const double radii = Contact ? 0.0 : sum_radii(pair.cut) * pair.inv_deq;
+    const bool past_cutoff = r >= pair.cut * pair.inv_deq;
     const auto at =
-        flow<Contact, true>(r, pair.limit, r >= cutoff, 1.0, radii, [r](double elastic) {
+        flow<Contact, true>(r, pair.limit, past_cutoff, 1.0, radii, [r](double elastic) {
           return std::pair(1.0 / elastic, elastic / r);
         });
     const double s = 1.0 / at.elastic, thick = thickness(radii, at.inv_deq);
