@@ -196,8 +196,6 @@ template <class Powers> class Law {
     return thickness * (r - elastic) / r * (stored - force_d);
   }
 
-  bool thins() const { return thickness_per_cutoff > 0.0; }
-
   /// R_i + R_j of a bond that thins, else 0 [length]. cutoff: dlim.
   EVP_INLINE double sum_radii(double cutoff) const { return thickness_per_cutoff * cutoff; }
 
