@@ -126,8 +126,7 @@ struct Expected {
       if (!is_past || (flows && incremental)) pair.potential = now.stored.total() - pair.at_cutoff;
       pair.inv_deq_next = p.inv_deq;
       if (flows) {
-        const bool parted = is_past && !p.is_bond && p.ratio() > 1.0 + CONTACT_MARGIN;
-        pair.inv_deq_next = parted ? 1.0 / p.cut : now.inv_deq;
+        pair.inv_deq_next = now.inv_deq;
         pair.spent = now.dissipated;
         if (incremental) pair.potential += now.dissipated;
       }
@@ -231,6 +230,71 @@ TEST(Kernel, EqualsTheLawPairByPair)
               EXPECT_GT(expected.interacting - expected.beyond_limit, 50);
             }
       });
+}
+
+// A contact that has flowed has a gap from its deq to R_i + R_j, its cutoff; beyond that it rests there again.
+TEST(Kernel, EqualsTheLawAtAllDistances)
+{
+  int gaps = 0, returned = 0, flowed = 0, past = 0;
+  for (const Row &row : {TABLE2, thinning(TABLE2), thinning(with_exponents(7.5, 3.2, 7.5, 3.2))})
+    for (const Flow flow : {Flow::FORGETS, Flow::STAYS, Flow::COMPRESSES})
+      for (const double cutoff : {1.0, 1.02, 1.5})
+        for (const double limit : {0.0, 0.001, 0.005, 0.05}) {
+          const double deq = 0.00973;
+          const bool is_contact = flow == Flow::COMPRESSES;
+          SCOPED_TRACE(name_of(row) + "flow " + std::to_string((int) flow) + ", cutoff " +
+                       std::to_string(cutoff) + ", limit " + std::to_string(limit));
+          Vectors x = {{0, 0, 0}};
+          std::vector<Pair> pairs;
+          for (const double r :
+               {0.5,    0.9,   0.95,  0.951,  0.994,  0.996, 0.9989, 0.9991, 1.0, 1.0005,
+                1.0011, 1.004, 1.006, 1.0199, 1.0201, 1.04,  1.06,   1.4999, 1.6, 3.0}) {
+            x.push_back({r * deq, 0, 0});
+            pairs.push_back({(int) x.size() - 1, deq, cutoff * deq});
+          }
+          PairList list(!is_contact);
+          list.clear(is_contact ? 0.0 : BOND_MARGIN, flow);
+          add_row(list, 0, pairs);
+          if (list.stays()) std::fill(list.limit.begin(), list.limit.end(), limit);
+
+          const PairLaw law(row);
+          BlockLaw block_law;
+          block_law.assign({law}, {0}, flow);
+          Vectors f(x.size(), {0, 0, 0});
+          Saved found((int) x.size(), false, true);
+          accumulate_forces(
+              list, block_law,
+              {rows_of(x), nullptr, reinterpret_cast<double(*)[3]>(f.data()), (int) x.size()},
+              {&found});
+          ASSERT_EQ(found.pairs.size(), pairs.size());
+          for_each_pair(list, rows_of(x), [&](const PlacedPair &p) {
+            const PairState now = law.state(p.ratio(), p);
+            const PairResult &in_loop = found.pairs[p.index];
+            SCOPED_TRACE("d/deq = " + std::to_string(p.distance() / deq));
+            const double off = ROUND_OFF * row.m1 * row.n1 * row.e1;
+            EXPECT_NEAR(in_loop.force, p.acts() ? now.force / p.distance() : 0.0,
+                        off / (deq * deq));
+            EXPECT_NEAR(in_loop.elastic, now.stored.elastic, off);
+            EXPECT_NEAR(in_loop.forgotten, now.stored.forgotten, off);
+            if (flow == Flow::FORGETS) return;
+            EXPECT_NEAR(in_loop.spent, now.dissipated, off);
+            EXPECT_NEAR(in_loop.inv_deq_next, now.inv_deq, 1e-15 * now.inv_deq);
+            EXPECT_EQ(in_loop.inv_deq_next == p.inv_deq, now.inv_deq == p.inv_deq);
+            flowed += now.dissipated > 0.0;
+            past += p.is_bond && p.is_past_cutoff();
+            if (!is_contact || p.distance() < 1.0001 * deq) return;
+            EXPECT_EQ(now.force, 0.0);
+            EXPECT_EQ(now.stored.total(), 0.0);
+            EXPECT_EQ(now.dissipated, 0.0);
+            const bool returns = p.is_past_cutoff() && cutoff > 1.0;
+            EXPECT_NEAR(now.inv_deq * deq, returns ? 1.0 / cutoff : 1.0, 1e-15);
+            (returns ? returned : gaps)++;
+          });
+        }
+  EXPECT_GT(flowed, 100);
+  EXPECT_GT(past, 100);
+  EXPECT_GT(gaps, 100);
+  EXPECT_GT(returned, 50);
 }
 
 // Whatever keeps the others from it.

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <type_traits>
+#include <utility>
 
 namespace EVP {
 
@@ -20,6 +20,9 @@ enum class Flow {
 /// With plasticity a pair is at its limit from this share of it on. Limits move on in steps of time, and a pair that flows
 /// is a little below its limit after each of them.
 constexpr double AT_LIMIT = 0.99;
+
+// Where a contact has flowed by more than this share its deq is not R_i + R_j.
+constexpr double CONTACT_MARGIN = 1.0e-12;
 
 /// ln(a/b), to the last digits: by how much a pair flows. The series is for numbers that differ by less than a tenth.
 EVP_INLINE double log_of_close_ratio(double a, double b)
@@ -56,12 +59,6 @@ template <class Powers> struct Regime {
     return a * s * (of_s.sm - of_s.sn);
   }
 
-  /// 1 - s^N at exponents (2 N, N), to the last digits: of it both force and energy are products.
-  EVP_INLINE static double one_minus_power(double strain, double s)
-  {
-    return power_minus_1<Powers::lower>(strain) * fixed_power<Powers::lower>(s);
-  }
-
   /// Phi(d) - Phi(deq), accurate to 1e-11 of itself at any strain: no difference of large numbers is left.
   EVP_INLINE double stored(double strain, double s) const
   {
@@ -76,22 +73,17 @@ template <class Powers> struct Regime {
   }
 
  private:
-  template <int M, int N>
-  EVP_INLINE static double stored_per_depth(FixedPowers<M, N>, double strain, double s)
+  EVP_INLINE static double stored_per_depth(Powers84, double strain, double s)
   {
-    const double open = power_minus_1<N>(strain) * fixed_power<N>(s);
+    const double open = Powers84::one_minus_sn(strain, s);
     return open * open;
   }
-  static double stored_per_depth(const AnyPowers &powers, double strain, double s)
+  static double stored_per_depth(const AnyPowers &any, double strain, double s)
   {
-    return with_powers(powers.m, powers.n, powers, [strain, s](const auto &own) -> double {
-      if constexpr (std::decay_t<decltype(own)>::are_fixed)
-        return stored_per_depth(own, strain, s);
-      else {
-        const double log_s = -std::log1p(strain), m = own.m, n = own.n;
-        return (n * expm1_minus_x(m * log_s) - m * expm1_minus_x(n * log_s)) / (m - n);
-      }
-    });
+    const double m = any.m, n = any.n;
+    if (Powers84::are(m, n)) return stored_per_depth(Powers84(), strain, s);
+    const double log_s = -std::log1p(strain);
+    return (n * expm1_minus_x(m * log_s) - m * expm1_minus_x(n * log_s)) / (m - n);
   }
 };
 
@@ -100,14 +92,14 @@ template <class Powers> struct Regime {
 ///
 /// Notation: d distance of the centres, deq the equilibrium distance of the pair, r = d/deq, F > 0 repels.
 ///
-/// With plasticity there is the first regime alone, at an r that is held within 1 -+ y, y being the limit that the spheres of
-/// the pair have: beyond it deq moves, so that d/deq is there. F d and what is stored do not change as a pair flows, of bonds that thin over their
-/// thickness().
+/// With plasticity there is the first regime alone, at the elastic r, which is within 1 -+ y, y being the limit that the spheres
+/// of the pair have: beyond it deq moves, so that d/deq is there. F d and what is stored do not change as a pair flows, of bonds
+/// that thin over their thickness().
 template <class Powers> class Law {
  public:
   Regime<Powers> first, second;
   double xi_s, gamma;
-  double thickness_per_cutoff;    ///< of bonds that thin, see thickness(); else 0
+  double thickness_per_cutoff;    ///< of bonds that thin, see sum_radii(); else 0
 
   /// Throws BadInput where a member breaks its rule, or numbers of this law would overflow.
   explicit Law(const Row &row) :
@@ -153,7 +145,7 @@ template <class Powers> class Law {
     const double strain = at.is_first ? xi : xi - std::copysign(xi_s, xi);
     double own;
     if constexpr (Powers::are_fixed) {
-      const double open = Regime<Powers>::one_minus_power(strain, s);
+      const double open = Powers::one_minus_sn(strain, s);
       own = (at.is_first ? first.e : second.e) * open * open;
     } else
       own = (at.is_first ? first : second).stored(strain, s);
@@ -164,39 +156,53 @@ template <class Powers> class Law {
 
   // plasticity
 
-  /// The r where a pair at r is held that flows beyond the limit of its spheres. Of a contact 1 where it is apart.
-  template <bool Contact> EVP_INLINE static double held(double r, double limit)
+  /// A pair whose flow stays.
+  struct Flowed {
+    double elastic;          ///< r after the flow, within the limit; of a contact that is apart 1
+    double inv_deq;          ///< after the flow
+    double force, stored;    ///< F deq and the energy above deq [energy]
+    double force_d;          ///< F d over the thickness [energy]
+  };
+
+  /// Return mapping of a pair at r: deq moves until d/deq is within 1 -+ limit. A contact flows in compression only; one that
+  /// is past its cutoff rests at R_i + R_j again. inv_deq: before the flow. inverses(elastic): {1/elastic, elastic/d}.
+  /// sum_radii: see there. Stores: is `stored` asked for?
+  template <bool Contact, bool Stores, class F>
+  EVP_INLINE Flowed flow(double r, double limit, bool past_cutoff, double inv_deq, double sum_radii,
+                         F &&inverses) const
   {
     const double low = 1.0 - limit, high = Contact ? 1.0 : 1.0 + limit;
-    return r < low ? low : r > high ? high : r;
+    const double elastic = r < low ? low : r > high ? high : r;
+    const bool returns = past_cutoff && r > 1.0 + CONTACT_MARGIN;
+    const bool flows = Contact ? elastic > r || returns : elastic != r;
+    const auto [s, inv_deq_flowed] = inverses(elastic);
+    const double inv_deq_next = flows ? inv_deq_flowed : inv_deq;
+    const double thick = thickness(sum_radii, inv_deq_next), force = first.force(s);
+    const double stored = Stores ? first.stored(elastic - 1.0, s) * thick : 0.0;
+    return {elastic, inv_deq_next, force * thick, stored, force * elastic};
   }
 
-  /// Does it flow there from r? A contact that is apart does not.
-  template <bool Contact> EVP_INLINE static bool flows(double r, double held)
+  /// Dissipated by that flow [energy]: the integral of |F| along d, as F d stays. log_ratio: ln(r/elastic).
+  EVP_INLINE static double dissipated(double force_d, double log_ratio)
   {
-    return Contact ? held > r : held != r;
+    return std::fabs(force_d * log_ratio);
   }
 
-  /// Dissipated as a pair flows that is held where F deq is this [energy]: the integral of |F| along d, as F d stays.
-  static double dissipated(double force, double r, double held)
+  /// The same of a bond that thins: the work on it, which is the integral of -F along d, plus the decrease of what it stores.
+  /// thickness: before the flow; stored: over the thickness.
+  EVP_INLINE static double dissipated_thinning(double force_d, double stored, double r,
+                                               double elastic, double thickness)
   {
-    return std::fabs(force * held * log_of_ratio(r, held));
+    return thickness * (r - elastic) / r * (stored - force_d);
   }
 
-  EVP_INLINE bool thins() const { return thickness_per_cutoff > 0.0; }
+  /// R_i + R_j of a bond that thins, else 0 [length]. cutoff: dlim.
+  EVP_INLINE double sum_radii(double cutoff) const { return thickness_per_cutoff * cutoff; }
 
-  /// (R_i + R_j)/deq of a bond that thins, else 1: of its force and what it stores, over those of the law. cutoff: dlim.
-  EVP_INLINE double thickness(double cutoff, double inv_deq) const
+  /// (R_i + R_j)/deq of a bond that thins, else 1: of its force and what it stores, over those of the law.
+  EVP_INLINE static double thickness(double sum_radii, double inv_deq)
   {
-    return thins() ? thickness_per_cutoff * cutoff * inv_deq : 1.0;
-  }
-
-  /// dissipated() of a bond that thins: the work on it, which is the integral of -F along d, plus the decrease of what it
-  /// stores. thickness: before the flow; carried, stored: F d and stored energy over the thickness.
-  EVP_INLINE static double dissipated_thinning(double thickness, double carried, double stored,
-                                               double r, double held)
-  {
-    return thickness * (r - held) / r * (stored - carried);
+    return sum_radii > 0.0 ? sum_radii * inv_deq : 1.0;
   }
 
  private:
@@ -248,13 +254,12 @@ class PairLaw : public Law<AnyPowers> {
     check_range();
   }
 
-  /// At r = d/deq.
+  /// At r = d/deq; past its cutoff a pair is at r = cut/deq.
   PairState state(double r, const PairVariables &pair) const
   {
     PairState now = pair.flow == Flow::FORGETS ? state_forgetting(r)
-        : pair.flow == Flow::STAYS             ? state_flowing<false>(r, pair.limit)
-                                               : state_flowing<true>(r, pair.limit);
-    if (pair.flow == Flow::STAYS && thins()) thin(now, r, pair);
+        : pair.flow == Flow::STAYS             ? state_flowing<false>(r, pair)
+                                               : state_flowing<true>(r, pair);
     now.inv_deq *= pair.inv_deq;
     const double per_square = now.inv_deq * now.inv_deq;
     now.stiffness_ahead = std::max(now.stiffness, now.stiffness_ahead) * per_square;
@@ -285,29 +290,30 @@ class PairLaw : public Law<AnyPowers> {
     return now;
   }
 
-  template <bool Contact> PairState state_flowing(double r, double limit) const
+  // lengths over deq
+  template <bool Contact> PairState state_flowing(double r, const PairVariables &pair) const
   {
+    const double radii = Contact ? 0.0 : sum_radii(pair.cut) * pair.inv_deq;
+    const bool past_cutoff = r >= pair.cut * pair.inv_deq;
+    const auto at =
+        flow<Contact, true>(r, pair.limit, past_cutoff, 1.0, radii, [r](double elastic) {
+          return std::pair(1.0 / elastic, elastic / r);
+        });
+    const double s = 1.0 / at.elastic, thick = thickness(radii, at.inv_deq);
     PairState now{};
-    const double at = held<Contact>(r, limit), s = 1.0 / at, strain = at - 1.0;
-    const bool moves = flows<Contact>(r, at);
-    now.force = first.force(s);
-    now.stored = {first.stored(strain, s), 0.0};
-    now.dissipated = moves ? dissipated(now.force, r, at) : 0.0;
-    now.inv_deq = moves ? at / r : 1.0;
-    now.stiffness = Contact && r > 1.0 ? 0.0 : first.stiffness(s);
-    now.stiffness_ahead = row.m1 * row.n1 * row.e1;
-    now.regime = std::fabs(strain) >= AT_LIMIT * limit ? 2 : 1;
+    now.inv_deq = at.inv_deq;
+    now.force = at.force;
+    now.stored = {at.stored, 0.0};
+    now.dissipated = dissipated(at.force_d, log_of_ratio(r, at.elastic));
+    if (radii > 0.0) {
+      const double elastic = r * at.inv_deq, stored = first.stored(at.elastic - 1.0, s);
+      now.dissipated =
+          dissipated_thinning(first.force(s) * elastic, stored, r, elastic, thickness(radii, 1.0));
+    }
+    now.stiffness = Contact && r > 1.0 ? 0.0 : first.stiffness(s) * thick;
+    now.stiffness_ahead = row.m1 * row.n1 * row.e1 * thick;
+    now.regime = std::fabs(at.elastic - 1.0) >= AT_LIMIT * pair.limit ? 2 : 1;
     return now;
-  }
-
-  /// Turns what state_flowing() found into that of a bond that thins.
-  void thin(PairState &now, double r, const PairVariables &pair) const
-  {
-    const double before = thickness(pair.cut, pair.inv_deq), after = before * now.inv_deq;
-    const double at = r * now.inv_deq;
-    now.dissipated = dissipated_thinning(before, now.force * at, now.stored.elastic, r, at);
-    for (double *value : {&now.force, &now.stored.elastic, &now.stiffness, &now.stiffness_ahead})
-      *value *= after;
   }
 
   /// Leaves room for distances far from deq and for products of forces.

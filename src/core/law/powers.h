@@ -12,6 +12,28 @@ struct PowerPair {
   double sm, sn;
 };
 
+/// The exponents 8 and 4 of the paper's tables and of all rows in potentials/, as straight multiplications: the blocks of the
+/// time-step loop are compiled for them.
+struct Powers84 {
+  static constexpr bool are_fixed = true;
+  static constexpr double m = 8.0, n = 4.0;
+  Powers84(double = m, double = n) {}
+  static bool are(double m_in, double n_in) { return m_in == m && n_in == n; }
+
+  EVP_INLINE PowerPair operator()(double s) const
+  {
+    const double square = s * s, sn = square * square;
+    return {sn * sn, sn};
+  }
+
+  /// s^n ((1 + x)^n - 1), which is 1 - s^n at s = 1/(1 + x), to the last digits where x is near 0.
+  EVP_INLINE static double one_minus_sn(double x, double s)
+  {
+    const double of_square = x * (2.0 + x), square = s * s;
+    return of_square * (2.0 + of_square) * (square * square);
+  }
+};
+
 /// s^k by repeated squaring; exact order of operations independent of the compiler.
 constexpr double integer_power(double s, int k)
 {
@@ -21,67 +43,11 @@ constexpr double integer_power(double s, int k)
   return result;
 }
 
-/// (1 + x)^K - 1 for x > -1, to the last digits where x is near 0.
-template <int K> EVP_INLINE double power_minus_1(double x)
-{
-  if constexpr (K == 1)
-    return x;
-  else if constexpr (K % 2 == 0) {
-    const double half = power_minus_1<K / 2>(x);
-    return half * (2.0 + half);
-  } else {
-    const double lower = power_minus_1<K - 1>(x);
-    return x + lower * (1.0 + x);
-  }
-}
-
-/// s^K
-template <int K> double fixed_power(double s)
-{
-  if constexpr (K == 1)
-    return s;
-  else if constexpr (K % 2 == 0) {
-    const double half = fixed_power<K / 2>(s);
-    return half * half;
-  } else
-    return s * fixed_power<K - 1>(s);
-}
-
-/// Exponents known to the compiler: straight multiplications, no loop, no branch.
-template <int M, int N> struct FixedPowers {
-  static constexpr bool are_fixed = true;
-  static constexpr int lower = N;
-  static constexpr double m = M;
-  static_assert(M == 2 * N, "Regime::stored() is a square");
-  FixedPowers(double = M, double = N) {}
-  PowerPair operator()(double s) const { return {fixed_power<M>(s), fixed_power<N>(s)}; }
-};
-
-/// Calls f with the powers for (m, n) that the compiler knows, or with `other`, so that every caller is written once.
-template <class Other, class F> auto with_powers(double m, double n, const Other &other, F &&f)
-{
-  if (m == 8.0 && n == 4.0) return f(FixedPowers<8, 4>{});
-  if (m == 6.0 && n == 3.0) return f(FixedPowers<6, 3>{});
-  if (m == 4.0 && n == 2.0) return f(FixedPowers<4, 2>{});
-  if (m == 2.0 && n == 1.0) return f(FixedPowers<2, 1>{});
-  if (m == 12.0 && n == 6.0) return f(FixedPowers<12, 6>{});
-  return f(other);
-}
-
-/// Any real m > n > 0; integers are multiplied out, others take pow(). The bits are those of FixedPowers where there
-/// are such.
+/// Any real m > n > 0; integers are multiplied out, others take pow(). The bits are those of Powers84 where it has these.
 struct AnyPowers {
   static constexpr bool are_fixed = false;
   double m, n;
-  PowerPair operator()(double s) const
-  {
-    const auto other = [this](double x) {
-      return PowerPair{power(x, m), power(x, n)};
-    };
-    return with_powers(m, n, other, [s](const auto &powers) -> PowerPair {
-      return powers(s);
-    });
-  }
+  PowerPair operator()(double s) const { return {power(s, m), power(s, n)}; }
 
  private:
   static double power(double s, double p)

@@ -17,12 +17,6 @@ namespace {
     }
   };
 
-  /// The distance of a pair, past its cutoff that: so far it flows, and so much it stores. to_cutoff: takes the margin off.
-  EVP_INLINE double up_to_cutoff(double dsq, double cutsq, double to_cutoff)
-  {
-    return std::sqrt(dsq > cutsq ? cutsq : dsq) * (dsq > cutsq ? to_cutoff : 1.0);
-  }
-
   /// Puts force/d in its place, from F deq, 1/deq and 1/d.
   template <bool Damping>
   EVP_INLINE void put_force(PairBlock &block, int k, double f, double inv_deq, double inv_d,
@@ -43,7 +37,7 @@ namespace {
   EVP_INLINE void evaluate_forgetting(const Laws<Powers> &all, PairBlock &block)
   {
     const double *const inv_deq = block.inv_deq, *const cutsq = block.cutsq;
-    const double to_cutoff = 1.0 / (1.0 + block.margin);
+    const double to_cutoff = 1.0 / (1.0 + block.margin);    // cutoff_of() would divide again
     const int n = block.n;
     const Law<Powers> only = all.laws[0];
     const Law<Powers> *own[Many ? PairBlock::SIZE : 1];    // apart: up to 8 % quicker
@@ -53,7 +47,8 @@ namespace {
     for (int k = 0; k < n; k++) {
       const Law<Powers> &c = Many ? *own[k] : only;
       const double dsq = block.distance_squared(k);
-      const double d = Stored ? up_to_cutoff(dsq, cutsq[k], to_cutoff) : std::sqrt(dsq);
+      const double d = Stored ? up_to_cutoff(dsq, cutsq[k], std::sqrt(cutsq[k]) * to_cutoff)
+                              : std::sqrt(dsq);
       const auto at = c.place(d * inv_deq[k]);
       // 1/d and s = 1/(r - offset) from one division
       const double w = 1.0 / (at.shifted * d);
@@ -69,88 +64,85 @@ namespace {
   }
 
   /// Pairs whose flow stays; contacts only repel, and flow in compression.
-  template <class Powers, bool Many, bool Contact, bool Thin, bool Damping, bool Stored>
+  template <class Powers, bool Many, bool Contact, bool Damping, bool Stored>
   EVP_INLINE void evaluate_flowing(const Laws<Powers> &all, PairBlock &block)
   {
     const double *const inv_deq = block.inv_deq, *const cutsq = block.cutsq;
-    const double to_cutoff = 1.0 / (1.0 + block.margin);
+    const double to_cutoff = 1.0 / (1.0 + block.margin);    // cutoff_of() would divide again
     const FlowArrays flow = block.flow;
     const int n = block.n;
     const Law<Powers> only = all.laws[0];
     const Law<Powers> *own[Many ? PairBlock::SIZE : 1];    // apart: up to 8 % quicker
     if constexpr (Many) all.find(block, own);
-    alignas(64) double ratio[PairBlock::SIZE], held[PairBlock::SIZE], carried[PairBlock::SIZE],
-        next[PairBlock::SIZE], thickness[PairBlock::SIZE];
+    alignas(64) double ratio[PairBlock::SIZE], elastic[PairBlock::SIZE], force_d[PairBlock::SIZE],
+        next[PairBlock::SIZE], sum_radii[PairBlock::SIZE];
 
-    int moves = 0;
+    int moves = 0, thinning = 0;
     EVP_INDEPENDENT
     for (int k = 0; k < n; k++) {
       const Law<Powers> &c = Many ? *own[k] : only;
       const double dsq = block.distance_squared(k);
       const bool past = dsq > cutsq[k];
-      const double d = up_to_cutoff(dsq, cutsq[k], to_cutoff);
-      const double r = d * inv_deq[k], at = c.template held<Contact>(r, flow.limit[k]);
-      // 1/d and s = 1/at from one division
-      const double w = 1.0 / (at * d);
-      const double s = w * d, inv_d = w * at, force = c.first.force(s);
-      double moved = Law<Powers>::template flows<Contact>(r, at) ? at * inv_d : inv_deq[k];
-      // beyond R_i + R_j a contact is as it was at first
-      if constexpr (Contact) moved = past && r > 1.0 + CONTACT_MARGIN ? inv_d : moved;
-      double thick = 1.0;
-      if constexpr (Thin) {
-        const double cut = std::sqrt(cutsq[k]) * to_cutoff;
-        thickness[k] = c.thickness(cut, inv_deq[k]);
-        thick = c.thickness(cut, moved);
-      }
-      put_force<Damping>(block, k, Thin ? force * thick : force, moved, inv_d, c.gamma,
+      const double cutoff = std::sqrt(cutsq[k]) * to_cutoff;
+      const double d = up_to_cutoff(dsq, cutsq[k], cutoff);
+      const double r = d * inv_deq[k];
+      const double radii = Contact ? 0.0 : c.sum_radii(cutoff);
+      double inv_d;
+      const auto now = c.template flow<Contact, Stored>(
+          r, flow.limit[k], past, inv_deq[k], radii, [&](double at) EVP_KERNEL {
+            const double w = 1.0 / (at * d);    // one division for both
+            inv_d = w * at;
+            return std::pair(w * d, at * inv_d);
+          });
+      put_force<Damping>(block, k, now.force, now.inv_deq, inv_d, c.gamma,
                          !(past || (Contact && r > 1.0)));
-      moves += (int) ((moved != inv_deq[k]) | (!Contact & past));    // no ||: vectorized
-      next[k] = moved;
+      moves += (int) ((now.inv_deq != inv_deq[k]) | (!Contact & past));    // no ||: vectorized
+      next[k] = now.inv_deq;
       ratio[k] = r;
-      held[k] = at;
-      carried[k] = force * at;
+      elastic[k] = now.elastic;
+      force_d[k] = now.force_d;
+      sum_radii[k] = radii;
+      thinning += (int) (radii > 0.0);
       if constexpr (Stored) {
-        const double stored = c.first.stored(at - 1.0, s);
-        block.elastic[k] = Thin ? stored * thick : stored;
+        block.elastic[k] = now.stored;
         block.forgotten[k] = 0.0;
       }
     }
     *flow.any_flow = moves > 0;
     if (moves == 0) return;    // mostly, and then only forces are written
-    constexpr bool all_thin = Thin && !Many;
-    if constexpr (!all_thin) {
-      int far = 0;
+    int far = 0;
+    if (thinning < n) {
       EVP_INDEPENDENT
       for (int k = 0; k < n; k++) {
         flow.inv_deq_next[k] = next[k];
-        flow.dissipated[k] = std::fabs(carried[k] * log_of_close_ratio(ratio[k], held[k]));
-        far += (int) !are_close(ratio[k], held[k]);
+        flow.dissipated[k] = only.dissipated(force_d[k], log_of_close_ratio(ratio[k], elastic[k]));
+        far += (int) !are_close(ratio[k], elastic[k]);
       }
-      for (int k = 0; far > 0 && k < n; k++)
-        flow.dissipated[k] = std::fabs(carried[k] * log_of_ratio(ratio[k], held[k]));
     }
-    if constexpr (Thin) {
+    for (int k = 0; far > 0 && k < n; k++)
+      flow.dissipated[k] = only.dissipated(force_d[k], log_of_ratio(ratio[k], elastic[k]));
+    if (thinning > 0) {
       EVP_INDEPENDENT
       for (int k = 0; k < n; k++) {
         const Law<Powers> &c = Many ? *own[k] : only;
-        const double at = held[k], stored = c.first.stored(at - 1.0, 1.0 / at);
-        const double dissipated =
-            c.dissipated_thinning(thickness[k], carried[k], stored, ratio[k], at);
+        const double at = elastic[k], stored = c.first.stored(at - 1.0, 1.0 / at);
+        const double dissipated = c.dissipated_thinning(force_d[k], stored, ratio[k], at,
+                                                        c.thickness(sum_radii[k], inv_deq[k]));
         flow.inv_deq_next[k] = next[k];
-        flow.dissipated[k] = all_thin || c.thins() ? dissipated : flow.dissipated[k];
+        flow.dissipated[k] = sum_radii[k] > 0.0 ? dissipated : flow.dissipated[k];
       }
     }
   }
 
   /// Compiled for each instruction set; loops with pow() gain nothing from that.
-  template <class Powers, bool Many, Flow Kind, bool Thin, bool Damping, bool Stored>
+  template <class Powers, bool Many, Flow Kind, bool Damping, bool Stored>
   void evaluate(const Laws<Powers> &all, PairBlock &block)
   {
     const auto run = [&]() EVP_KERNEL {
       if constexpr (Kind == Flow::FORGETS)
         evaluate_forgetting<Powers, Many, Damping, Stored>(all, block);
       else
-        evaluate_flowing<Powers, Many, Kind == Flow::COMPRESSES, Thin, Damping, Stored>(all, block);
+        evaluate_flowing<Powers, Many, Kind == Flow::COMPRESSES, Damping, Stored>(all, block);
     };
     if constexpr (Powers::are_fixed)
       call_vectorized(run);
@@ -182,7 +174,7 @@ namespace {
       call_vectorized([&, n, cutsq]() EVP_KERNEL {
         EVP_INDEPENDENT
         for (int k = 0; k < n; k++) {
-          at_cutoff.xy[2 * k] = std::sqrt(cutsq[k]) / (1.0 + block.margin);
+          at_cutoff.xy[2 * k] = cutoff_of(cutsq[k], block.margin);
           at_cutoff.xy[2 * k + 1] = at_cutoff.z[k] = 0.0;
         }
       });
@@ -199,21 +191,21 @@ namespace {
     }
   }
 
-  template <class Powers, bool Many, Flow Kind, bool Thin> struct Evaluation {
+  template <class Powers, bool Many, Flow Kind> struct Evaluation {
     Laws<Powers> all;
 
     void operator()(PairBlock &block, const BlockLaw::Asked &asked) const
     {
       const bool stored = asked.stored || asked.potential;
       if (asked.damping)
-        (stored ? evaluate<Powers, Many, Kind, Thin, true, true>
-                : evaluate<Powers, Many, Kind, Thin, true, false>) (all, block);
+        (stored ? evaluate<Powers, Many, Kind, true, true>
+                : evaluate<Powers, Many, Kind, true, false>) (all, block);
       else
-        (stored ? evaluate<Powers, Many, Kind, Thin, false, true>
-                : evaluate<Powers, Many, Kind, Thin, false, false>) (all, block);
+        (stored ? evaluate<Powers, Many, Kind, false, true>
+                : evaluate<Powers, Many, Kind, false, false>) (all, block);
       if (!asked.potential) return;
       find_potential<Kind>(block, asked.incremental, [this](PairBlock &other) {
-        evaluate<Powers, Many, Kind, Thin, false, true>(all, other);
+        evaluate<Powers, Many, Kind, false, true>(all, other);
       });
     }
   };
@@ -235,11 +227,10 @@ void BlockLaw::assign(const std::vector<PairLaw> &laws, const std::vector<int> &
     return;
   }
   const Row &row = laws[used.front()].row;
-  bool alike = true, common_powers = true, any_thin = false;
+  bool alike = true, common_powers = true;
   for (const int k : used) {
     const Row &own = laws[k].row;
     alike = alike && own == row;
-    any_thin = any_thin || own.thins != 0.0;
     common_powers = common_powers && own.m1 == row.m1 && own.n1 == row.n1 && own.m2 == row.m1 &&
         own.n2 == row.n1;
   }
@@ -251,21 +242,20 @@ void BlockLaw::assign(const std::vector<PairLaw> &laws, const std::vector<int> &
       all.laws.emplace_back(row);
     else
       for (const PairLaw &law : laws) all.laws.emplace_back(law.row);
-    const auto with_flow = [&](auto kind, auto thin) {
+    const auto with_flow = [&](auto kind) {
       if (alike)
-        evaluate = Evaluation<Powers, false, kind, thin>{std::move(all)};
+        evaluate = Evaluation<Powers, false, kind>{std::move(all)};
       else
-        evaluate = Evaluation<Powers, true, kind, thin>{std::move(all)};
+        evaluate = Evaluation<Powers, true, kind>{std::move(all)};
     };
-    const auto stays = std::integral_constant<Flow, Flow::STAYS>();
-    if (flow == Flow::FORGETS)
-      with_flow(std::integral_constant<Flow, Flow::FORGETS>(), std::false_type());
-    if (flow == Flow::COMPRESSES)
-      with_flow(std::integral_constant<Flow, Flow::COMPRESSES>(), std::false_type());
-    if (flow == Flow::STAYS && any_thin) with_flow(stays, std::true_type());
-    if (flow == Flow::STAYS && !any_thin) with_flow(stays, std::false_type());
+    if (flow == Flow::FORGETS) with_flow(std::integral_constant<Flow, Flow::FORGETS>());
+    if (flow == Flow::STAYS) with_flow(std::integral_constant<Flow, Flow::STAYS>());
+    if (flow == Flow::COMPRESSES) with_flow(std::integral_constant<Flow, Flow::COMPRESSES>());
   };
-  with_powers(common_powers ? row.m1 : 0.0, row.n1, AnyPowers{0.0, 0.0}, choose);
+  if (common_powers && Powers84::are(row.m1, row.n1))
+    choose(Powers84());
+  else
+    choose(AnyPowers{0.0, 0.0});
 }
 
 void accumulate_forces(PairList &list, const BlockLaw &law, const ParticleView &view,

@@ -22,9 +22,6 @@ constexpr double RECORD_MARGIN = 1.0e-9;
 constexpr double BOND_MARGIN = 2.0e-9;
 constexpr double LIST_MARGIN = 3.0e-9;
 
-// Where a contact has flowed by more than this share its deq is not R_i + R_j.
-constexpr double CONTACT_MARGIN = 1.0e-12;
-
 // A pair at rest has round-off too: it is stretched beyond this strain.
 constexpr double STRETCH_MARGIN = 1.0e-9;
 
@@ -35,6 +32,16 @@ inline double cutoff_squared(double cutoff, double margin)
 {
   const double edge = cutoff * (1.0 + margin);
   return edge * edge;
+}
+inline double cutoff_of(double cutsq, double margin)
+{
+  return std::sqrt(cutsq) / (1.0 + margin);
+}
+
+/// The distance of a pair, or, past its cutoff, that: so far a bond flows, and so much it stores.
+EVP_INLINE double up_to_cutoff(double dsq, double cutsq, double cutoff)
+{
+  return dsq > cutsq ? cutoff : std::sqrt(dsq);
 }
 
 struct Vector {
@@ -103,8 +110,7 @@ struct PackedPair : PairVariables {
   bool is_bond;
   bool has_joined;    ///< a bond that counts in the volume energy as a pair without one
 
-  /// The distance where a pair is held that is past its cutoff: so far a bond flows, and so much it holds.
-  double up_to_cutoff(double dsq) const { return dsq > cutsq ? cut : std::sqrt(dsq); }
+  double up_to_cutoff(double dsq) const { return EVP::up_to_cutoff(dsq, cutsq, cut); }
 };
 
 /// The pairs of one particle: [first, last) of a PairList. A particle may have several rows.
@@ -248,7 +254,7 @@ class PairList {
   /// The pair with that index.
   PackedPair pair(size_t n) const
   {
-    return {{inv_deq[n], flow_, stays() ? limit[n] : 0.0, std::sqrt(cutsq[n]) / (1.0 + margin)},
+    return {{inv_deq[n], flow_, stays() ? limit[n] : 0.0, cutoff_of(cutsq[n], margin)},
             cutsq[n],
             j[n],
             law[n],
