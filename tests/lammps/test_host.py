@@ -151,7 +151,7 @@ def test_records_that_have_no_table_are_not_found(complaints_of):
     """What a sphere keeps is found by its type: asked for as another one, it does not compile. Control: as it is kept, it does."""
     ask = '#include "core/bonds/bond_store.h"\nauto ask(EVP::BondStore &store) {{ return store.columns<{}>(); }}\n'
     assert not complaints_of(ask.format("EVP::Sphere"))
-    assert "TABLE" in complaints_of(ask.format("EVP::BondRecord"))
+    assert "NAME" in complaints_of(ask.format("EVP::BondRecord"))
 
 
 def test_sources_compile_without_mpi(complaints_of):
