@@ -140,7 +140,7 @@ FAULTS = {
                                   "lammps/pairs/pair_histories.cpp", "    records->move(event.i, event.partner, event.deq);", "    (void) event;"),
     "P_NOT_EXCHANGED": Fault("ghosts hold as at first", ["flow across the boundary"],
                              "lammps/pairs/pair_histories.cpp", "  exchange->forward_comm(values);\n",
-                             "  for (int i = lists.nlocal; i < lists.nall; i++) values[(size_t) 3 * i] = types.limit(atom->type[i])(0.0);\n"),
+                             "  for (int i = lists.nlocal; i < lists.nall; i++) values[i][0] = types.limit(atom->type[i])(0.0);\n"),
     "Y_OF_THE_WRONG_SPHERE": Fault("a bond holds as its first sphere", ["flow across the boundary"],
                                    "lammps/pairs/pair_histories.cpp", "std::min(limits[i], of_partner)", "limits[i]"),
     "STOPPED_FLOWS": Fault("a minimization that stops at its maximum number of iterations leaves its flow", ["minimization that stops early"],

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
+#include "core/base/atom_values.h"
 #include "core/bonds/bond_store.h"
 #include "core/law/coefficients.h"
 #include "core/pairs/contacts.h"
@@ -47,8 +48,8 @@ class ListSnapshot : protected Pointers {
 
     list_comm = comm;
     skin = neighbor->skin;
-    list_x.assign((size_t) 3 * nall, 0.0);
-    if (nall > 0) std::copy_n(atom->x[0], list_x.size(), list_x.begin());
+    list_x.resize(nall);
+    if (nall > 0) list_x.set_first(nall, atom->x[0]);
   }
 
   /// When it is done.
@@ -80,7 +81,7 @@ class ListSnapshot : protected Pointers {
   {
     bool far = false;
     for (int i = 0; i < nall; i++) {
-      const double *x = atom->x[i], *then = &list_x[(size_t) 3 * i];
+      const double *x = atom->x[i], *then = list_x[i];
       const double dx = x[0] - then[0], dy = x[1] - then[1], dz = x[2] - then[2];
       if (dx * dx + dy * dy + dz * dz > 0.25 * skin * skin) far = true;
     }
@@ -95,7 +96,7 @@ class ListSnapshot : protected Pointers {
   uint64_t atoms = 0;    // see fingerprint()
   const Comm *list_comm = nullptr;
   double skin = 0.0;
-  std::vector<double> list_x;    // at the neighbor build
+  AtomValues list_x{3};    // at the neighbor build
   std::vector<double> radii;
 
   // another number where atoms of this MPI rank were exchanged for others, or changed

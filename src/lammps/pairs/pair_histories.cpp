@@ -71,16 +71,16 @@ void PairHistories::note_images()
   if (force->newton_pair || !(domain->xperiodic || domain->yperiodic || domain->zperiodic)) return;
   owners.acts = true;
   owners.nlocal = lists.nlocal;
-  owners.x.assign((size_t) 3 * lists.nall, 0.0);
-  periods.assign(owners.x.size(), 0.0);
+  owners.x.assign(lists.nall, 0.0);
+  periods.assign(lists.nall, 0.0);
   find_owners();
   const double *const h_inv = domain->h_inv;    // xx yy zz yz xz xy
   for (int j = lists.nlocal; j < lists.nall; j++) {
-    const Vector away = Vector(atom->x[j]) - vector_of(owners.x, j);
+    const Vector away = Vector(atom->x[j]) - Vector(owners.x[j]);
     const Vector in_boxes = {h_inv[0] * away.x + h_inv[5] * away.y + h_inv[4] * away.z,
                              h_inv[1] * away.y + h_inv[3] * away.z, h_inv[2] * away.z};
     Vector(std::round(in_boxes.x), std::round(in_boxes.y), std::round(in_boxes.z))
-        .store(&periods[(size_t) 3 * j]);
+        .store(periods[j]);
   }
 }
 
@@ -88,14 +88,14 @@ void PairHistories::note_images()
 void PairHistories::find_owners()
 {
   if (owners.empty()) return;
-  for (int i = 0; i < lists.nlocal; i++) std::copy_n(atom->x[i], 3, &owners.x[(size_t) 3 * i]);
+  for (int i = 0; i < lists.nlocal; i++) std::copy_n(atom->x[i], 3, owners.x[i]);
   exchange->forward_comm(owners.x);
   const double *const h = domain->h;
-  owners.shifts.resize(owners.x.size());
+  owners.shifts.resize(lists.nall);
   for (int j = 0; j < lists.nall; j++) {
-    const Vector n = vector_of(periods, j);
+    const Vector n(periods[j]);
     Vector(n.x * h[0] + n.y * h[5] + n.z * h[4], n.y * h[1] + n.z * h[3], n.z * h[2])
-        .store(&owners.shifts[(size_t) 3 * j]);
+        .store(owners.shifts[j]);
   }
 }
 
@@ -107,13 +107,13 @@ void PairHistories::share(Sharing when)
     width += one.shared_width(when);
   });
   if (width == 0) return;
-  PerAtomComm::Values values((size_t) PerAtomComm::WIDTH * lists.nall, 0.0);
+  AtomValues values(width, lists.nall);
   const auto for_each_part = [&](auto &&f) {
-    ValuesOfAtoms part = {values.data(), PerAtomComm::WIDTH};
+    int first = 0;
     effects.for_each([&](Effect &one) {
       const int own = one.shared_width(when);
-      if (own > 0) f(one, part);
-      part.first += own;
+      if (own > 0) f(one, ValuesOfAtoms{values, first});
+      first += own;
     });
   };
   for_each_part([when](const Effect &one, const ValuesOfAtoms &part) {
@@ -173,9 +173,8 @@ bool PairHistories::would_change() const
 // by the force loop, at the present positions, where bonds fail too: a minimization leaves that to its end
 void PairHistories::find_next()
 {
-  std::vector<double> scratch((size_t) 3 * lists.nall, 0.0);
-  const ParticleView view = {scene::rows(atom->x), nullptr,
-                             reinterpret_cast<double(*)[3]>(scratch.data()), lists.nreact};
+  AtomValues scratch(3, lists.nall);
+  const ParticleView view = {scene::rows(atom->x), nullptr, scratch.rows(), lists.nreact};
   find_owners();
   ends.clear();
   ends.criteria.clear();
@@ -386,10 +385,10 @@ void PairHistories::add_moves()
 void PairHistories::tell_owners()
 {
   const int nlocal = lists.nlocal;
-  PerAtomComm::Values owner((size_t) 3 * lists.nall, 0.0);    // rank, local index
+  AtomValues owner(2, lists.nall);    // rank, local index
   for (int i = 0; i < nlocal; i++) {
-    owner[(size_t) 3 * i] = comm->me;
-    owner[(size_t) 3 * i + 1] = i;
+    owner[i][0] = comm->me;
+    owner[i][1] = i;
   }
   exchange->forward_comm(owner);
 
@@ -404,8 +403,8 @@ void PairHistories::tell_owners()
       apply(other);
       continue;
     }
-    other.i = (int) owner[(size_t) 3 * event.j + 1];
-    ranks.push_back((int) owner[(size_t) 3 * event.j]);
+    other.i = (int) owner[event.j][1];
+    ranks.push_back((int) owner[event.j][0]);
     messages.push_back(other);
   }
   Irregular irregular(lmp);
@@ -419,14 +418,15 @@ void PairHistories::tell_owners()
 // Collective. Of atoms by ID, on any MPI rank
 std::vector<Vector> PairHistories::places_of(const std::vector<tagint> &ids) const
 {
-  std::vector<double> coordinates(atom->nlocal), found(3 * ids.size());
+  std::vector<double> coordinates(atom->nlocal);
+  AtomValues found(3, ids.size());
   for (int c = 0; c < 3; c++) {
     for (int i = 0; i < atom->nlocal; i++) coordinates[i] = atom->x[i][c];
     const AtomDirectory directory(lmp, ids, coordinates.data());
-    for (size_t k = 0; k < ids.size(); k++) found[3 * k + c] = directory.entries.at(ids[k]).value;
+    for (size_t k = 0; k < ids.size(); k++) found[k][c] = directory.entries.at(ids[k]).value;
   }
   std::vector<Vector> places(ids.size());
-  for (size_t k = 0; k < ids.size(); k++) places[k] = vector_of(found, (int) k);
+  for (size_t k = 0; k < ids.size(); k++) places[k] = Vector(found[k]);
   return places;
 }
 

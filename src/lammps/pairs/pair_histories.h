@@ -29,7 +29,7 @@ class PairHistories : protected Pointers {
   {
   }
 
-  /// At set-up: the records, and an exchange of three values per atom, both of fix evp/bonds.
+  /// At set-up: the records, and an exchange of values of atoms, both of fix evp/bonds.
   void begin_run(BondStore *, PerAtomComm *, bool keeps_events);
 
   /// Ends and begins of bonds since someone took them, where they are kept.
@@ -69,7 +69,6 @@ class PairHistories : protected Pointers {
   /// That the records are in.
   BondStore &store() { return *records; }
 
-  /// Of three values per atom.
   PerAtomComm &exchange_of_atoms() { return *exchange; }
 
   /// Would commit() change any, by what the last forces of this MPI rank found?
@@ -146,7 +145,7 @@ class PairHistories : protected Pointers {
   };
 
   OwnerDistances owners;
-  std::vector<double> periods;    // of its shifts
+  AtomValues periods{3};    // of its shifts
   EndingBonds ends;
   BeginningBonds begins;
   std::vector<PairEvent>

@@ -58,12 +58,12 @@ void StableTimesteps::set_atoms(const FreeAtoms &free)
   for (int i = 0; i < nall; i++)
     if (free.has(atom->mask[i])) linear.inverse_mass[i] = scene::inverse_mass(atom, force, i);
   // any start will do; this one is the same on every number of MPI ranks
-  linear.start.assign((size_t) 3 * nlocal, 0.0);
+  linear.start.assign(nlocal, 0.0);
   for (int i = 0; i < nlocal; i++)
     for (int c = 0; c < 3 && linear.is_free(i); c++) {
       uint64_t z = 0x9e3779b97f4a7c15ULL * (3 * (uint64_t) atom->tag[i] + c + 1);
       z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-      linear.start[(size_t) 3 * i + c] = (double) ((z ^ (z >> 27)) >> 11) * 0x1.0p-53 - 0.5;
+      linear.start[i][c] = (double) ((z ^ (z >> 27)) >> 11) * 0x1.0p-53 - 0.5;
     }
 }
 
@@ -182,11 +182,11 @@ double StableTimesteps::paper_dt(const PairData &pair_data) const
 
 double StableTimesteps::row_sum_dt(bool with_damping) const
 {
-  const std::vector<double> k = linear.row_sums({1.0, 1.0, 0.0, 1.0});
-  std::vector<double> c(k.size(), 0.0);
+  const AtomValues k = linear.row_sums({1.0, 1.0, 0.0, 1.0});
+  AtomValues c(3, k.size());
   if (with_damping && any_damped) c = linear.row_sums({0.0, 0.0, 1.0});
   double here = NO_LIMIT;
-  for (size_t n = 0; n < k.size(); n++) here = std::min(here, root_of(k[n], c[n]));
+  for (size_t n = 0; n < k.numbers(); n++) here = std::min(here, root_of(k.flat(n), c.flat(n)));
   return reduce_all(here, MPI_MIN, world);
 }
 
