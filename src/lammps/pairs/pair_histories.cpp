@@ -100,7 +100,21 @@ void PairHistories::find_owners()
   }
 }
 
-// Collective. What atoms tell their ghosts, in one exchange
+// Collective. So many values per atom, a multiple of those of an exchange
+void PairHistories::forward(PerAtomComm::Values &values, size_t stride)
+{
+  constexpr size_t WIDTH = PerAtomComm::WIDTH;
+  PerAtomComm::Values part(WIDTH * lists.nall);
+  for (size_t first = 0; first < stride; first += WIDTH) {
+    for (int i = 0; i < lists.nall; i++)
+      std::copy_n(&values[stride * i + first], WIDTH, &part[WIDTH * i]);
+    exchange->forward_comm(part);
+    for (int i = 0; i < lists.nall; i++)
+      std::copy_n(&part[WIDTH * i], WIDTH, &values[stride * i + first]);
+  }
+}
+
+// Collective. What atoms tell their ghosts
 void PairHistories::share(Sharing when)
 {
   int width = 0;
@@ -108,9 +122,11 @@ void PairHistories::share(Sharing when)
     width += one.shared_width(when);
   });
   if (width == 0) return;
-  PerAtomComm::Values values((size_t) PerAtomComm::WIDTH * lists.nall, 0.0);
+  const size_t exchanges = (width + PerAtomComm::WIDTH - 1) / PerAtomComm::WIDTH;
+  const size_t stride = exchanges * PerAtomComm::WIDTH;
+  PerAtomComm::Values values(stride * lists.nall, 0.0);
   const auto for_each_part = [&](auto &&f) {
-    ValuesOfAtoms part = {values.data(), PerAtomComm::WIDTH};
+    ValuesOfAtoms part = {values.data(), (int) stride};
     effects.for_each([&](Effect &one) {
       f(one, part);
       part.first += one.shared_width(when);
@@ -119,7 +135,7 @@ void PairHistories::share(Sharing when)
   for_each_part([when](const Effect &one, const ValuesOfAtoms &part) {
     one.put_shared(when, part);
   });
-  exchange->forward_comm(values);
+  forward(values, stride);
   for_each_part([when](Effect &one, const ValuesOfAtoms &part) {
     one.set_shared(when, part);
   });

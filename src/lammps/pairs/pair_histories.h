@@ -166,6 +166,7 @@ class PairHistories : protected Pointers {
   void note_images();
   void find_owners();
   void share(Sharing);
+  void forward(PerAtomComm::Values &values, size_t stride);
   void find_criteria();
   void note_event(int i, int j, tagint partner, BondEvent::Why);
   std::vector<Vector> places_of(const std::vector<tagint> &ids) const;
