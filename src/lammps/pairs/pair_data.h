@@ -228,6 +228,9 @@ class PairData : protected Pointers {
   /// Those that could act, as of now.
   std::vector<std::shared_ptr<Effect>> find_effects() const;
 
+  /// Can bonds end before their dlim? By the rules, or by an effect.
+  bool bonds_can_fail() const { return rules_.breaks() || effects.any(&Effect::ends_bonds); }
+
   /// Groups of atoms whose pairs an effect damps, as bits.
   int implicit_groupbits() const { return implicit_groupbits_; }
 

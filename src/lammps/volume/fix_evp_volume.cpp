@@ -58,8 +58,8 @@ FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : WithPerAtomComm(
 void FixEVPVolume::init()
 {
   const PairData *const pair_data = PairData::require(force, error, who);
-  comm_forward = VolumeForces::npulls(pair_data->rules());    // before LAMMPS makes its buffers
-  comm_reverse = VolumeForces::ncolumns(pair_data->rules());
+  comm_forward = VolumeForces::npulls(*pair_data);    // before LAMMPS makes its buffers
+  comm_reverse = VolumeForces::ncolumns(*pair_data);
   scene::refuse_respa(update, error, who);
   strains_step = -1;
   if (!forces->acts()) {
