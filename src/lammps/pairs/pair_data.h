@@ -261,6 +261,7 @@ class PairData : protected Pointers {
   const PairRules &rules() const { return rules_; }
   const Coefficients &coefficients() const { return coefficients_; }
   const EndingBonds &ending() const { return histories.ending(); }
+  const Atom *atoms() const { return atom; }
   const double (*positions() const)[3] { return scene::rows(atom->x); }
 
   /// How far the bonds of own atom i hold, by their plastic strain.
