@@ -137,7 +137,7 @@ FAULTS = {
     "ONE_ATOM_IS_TOLD": Fault("one atom alone is told what has become of a pair", ["flow in a body whose atoms are sorted"],
                               "lammps/pairs/pair_histories.cpp", "      apply(other);\n", ""),
     "DEQ_NOT_WRITTEN_BACK": Fault("deq that has moved is not written back", ["flow in a body whose atoms are sorted"],
-                                  "lammps/pairs/pair_histories.cpp", "    records->move(event.i, event.partner, event.deq);", "    (void) event;"),
+                                  "lammps/pairs/pair_histories.cpp", "    records->set(event.i, event.partner, BOND_VALUES[event.line].value, event.deq);", "    (void) event;"),
     "P_NOT_EXCHANGED": Fault("ghosts hold as at first", ["flow across the boundary"],
                              "lammps/pairs/pair_histories.cpp", "  forward(values, stride);\n",
                              "  for (int i = lists.nlocal; i < lists.nall; i++) values[stride * i] = types.limit(atom->type[i])(0.0);\n"),

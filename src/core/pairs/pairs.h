@@ -175,13 +175,14 @@ class PairList {
   struct Column {
     double of_new;    ///< of pairs that are added
     std::vector<double> values;
+    int line = -1;    ///< of BOND_VALUES, to which it returns; -1: to none
   };
   std::vector<Column> columns;
 
   /// Returns the place of a new one.
-  size_t add_column(double of_new)
+  size_t add_column(double of_new, int line = -1)
   {
-    columns.push_back({of_new, std::vector<double>(count, of_new)});
+    columns.push_back({of_new, std::vector<double>(count, of_new), line});
     return columns.size() - 1;
   }
 

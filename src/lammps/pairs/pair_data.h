@@ -261,6 +261,10 @@ class PairData : protected Pointers {
   const PairRules &rules() const { return rules_; }
   const Coefficients &coefficients() const { return coefficients_; }
   const EndingBonds &ending() const { return histories.ending(); }
+
+  /// At a packing: a column of the bonds with a value that their records have. Where an effect changes it, it tells
+  /// PairHistories::note_change(), and the records get it.
+  size_t add_column_of(double BondRecord::*value);
   const Atom *atoms() const { return atom; }
   const double (*positions() const)[3] { return scene::rows(atom->x); }
 
