@@ -128,8 +128,9 @@ void PairHistories::share(Sharing when)
   const auto for_each_part = [&](auto &&f) {
     ValuesOfAtoms part = {values.data(), (int) stride};
     effects.for_each([&](Effect &one) {
-      f(one, part);
-      part.first += one.shared_width(when);
+      const int own = one.shared_width(when);
+      if (own > 0) f(one, part);
+      part.first += own;
     });
   };
   for_each_part([when](const Effect &one, const ValuesOfAtoms &part) {
