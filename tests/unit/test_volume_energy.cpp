@@ -354,9 +354,7 @@ TEST(VolumeEnergy, HeldNeighborsTakeNoPart)
   network.start.resize(3);
   network.start.set_first(3, start);
   network.links = {{0, 1, {-1, 0, 0}, 2.0, 0.0, 0.5}, {1, 2, {-1, 0, 0}, 2.0, 0.0, 0.5}};
-  network.with_densities = true;
-  network.density_links = {{v}, {v}};
-  network.density_stiffness = {{}, {0.0, stiffness}, {}};
+  network.densities = {{{{v}, {v}}, {{}, {0.0, stiffness}, {}}}};
   EXPECT_NEAR(network.largest_eigenvalue({0, 0, 0, 1.0}, 1e-8, 100).eigenvalue, v * v * stiffness,
               1e-7 * stiffness);
 }

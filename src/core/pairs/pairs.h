@@ -171,13 +171,14 @@ class PairList {
     double of_new;             ///< of pairs that are added
     bool is_inverse_length;    ///< of the pair: see grow()
     std::vector<double> values;
+    int line = -1;    ///< of BOND_VALUES, to which it returns; -1: to none
   };
   std::vector<Column> columns;
 
   /// Returns the place of a new one.
-  size_t add_column(double of_new, bool is_inverse_length)
+  size_t add_column(double of_new, bool is_inverse_length = false, int line = -1)
   {
-    columns.push_back({of_new, is_inverse_length, std::vector<double>(count, of_new)});
+    columns.push_back({of_new, is_inverse_length, std::vector<double>(count, of_new), line});
     return columns.size() - 1;
   }
 

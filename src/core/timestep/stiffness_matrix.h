@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 namespace EVP {
@@ -112,12 +113,38 @@ class StiffnessMatrix {
     bool is_bond = true;           ///< does that density count as bonded?
   };
 
-  std::vector<Link> links;
+  /// An energy of densities, as the volume energy: sum_i K_i b_i b_i^T, with b_i the derivative of the density of i, by all
+  /// links or by bonds alone.
+  struct Densities {
+    std::vector<DensityLink> links;    ///< of the links of the matrix, but for the last ones
+    std::vector<DensityStiffness> stiffness;    ///< of own particles
+  };
 
-  // of energies of densities, as the volume energy: sum_i K_i b_i b_i^T, with b_i the derivative of the density of i, by all links or by bonds alone
-  bool with_densities = false;                        ///< the same on all ranks
-  std::vector<DensityLink> density_links;             ///< of the links; empty without
-  std::vector<DensityStiffness> density_stiffness;    ///< of own particles
+  std::vector<Link> links;
+  std::vector<Densities> densities;    ///< as many on all ranks
+
+  /// Where the link of a pair is. One that there is not is added, without a force of its own.
+  class Places {
+   public:
+    explicit Places(StiffnessMatrix &matrix_in) : matrix(matrix_in)
+    {
+      for (size_t k = 0; k < matrix.links.size(); k++)
+        known.push_back({{matrix.links[k].i, matrix.links[k].j}, k});
+      std::sort(known.begin(), known.end());
+    }
+    size_t find_or_add(int i, int j, const Vector &direction)
+    {
+      const std::pair<int, int> pair = {i, j};
+      const auto found = std::lower_bound(known.begin(), known.end(), std::pair(pair, (size_t) 0));
+      if (found != known.end() && found->first == pair) return found->second;
+      matrix.links.push_back({i, j, direction, 0.0, 0.0, 0.0});
+      return matrix.links.size() - 1;
+    }
+
+   private:
+    StiffnessMatrix &matrix;
+    std::vector<std::pair<std::pair<int, int>, size_t>> known;
+  };
 
   std::vector<double> inverse_mass;    ///< of own particles and ghosts, 0 where held
   AtomValues start{3};                 ///< of Lanczos, of own particles, 0 where held
@@ -131,7 +158,10 @@ class StiffnessMatrix {
   // of links, with the springs above these energies
   double above_density(size_t k) const
   {
-    return with_densities ? density_links[k].above_density : 0.0;
+    double sum = 0.0;
+    for (const Densities &one : densities)
+      if (k < one.links.size()) sum += one.links[k].above_density;
+    return sum;
   }
   double most_axial(size_t k) const { return links[k].axial + above_density(k); }
   double undamped(size_t k) const { return links[k].damping > 0.0 ? 0.0 : most_axial(k); }
@@ -195,17 +225,20 @@ class StiffnessMatrix {
   /// Collective. Finds DensityLink::above_density. By Cauchy and Schwarz (sum_j b e_j)^2 <= (sum_j b) (sum_j b e_j^2).
   void find_springs_above_density()
   {
-    find_pulls(1.0, [this](size_t k) {
-      return density_links[k].slope;
-    });
-    for (size_t k = 0; k < links.size(); k++)
-      density_links[k].above_density = density_links[k].slope * pull(k);
+    for (Densities &one : densities) {
+      find_pulls(one, 1.0, [&](size_t k) {
+        return one.links[k].slope;
+      });
+      for (size_t k = 0; k < one.links.size(); k++)
+        one.links[k].above_density = one.links[k].slope * pull(one, k);
+    }
   }
 
   double memory_usage() const
   {
-    return bytes_of(links, density_links, density_stiffness, inverse_mass, start, motion, reaction,
-                    change);
+    double bytes = bytes_of(links, inverse_mass, start, motion, reaction, change);
+    for (const Densities &one : densities) bytes += bytes_of(one.links, one.stiffness);
+    return bytes;
   }
 
  private:
@@ -238,46 +271,47 @@ class StiffnessMatrix {
       const double along = axial_in(mix, k) * dot(link.u, dv);
       react(link, link.u * along + dv * (mix.across * link.across));
     }
-    if (with_densities && mix.density > 0.0) apply_densities(mix.density);
+    for (const Densities &one : densities)
+      if (mix.density > 0.0) apply_densities(one, mix.density);
     exchange.reverse_comm(reaction);
     scale(reaction.data(), out.data());
   }
 
   // change: weight K_i of each particle times the sum of share(link) over its links, then the same of bonds
-  template <class Share> void find_pulls(double weight, Share &&share)
+  template <class Share> void find_pulls(const Densities &of, double weight, Share &&share)
   {
     change.assign(inverse_mass.size(), 0.0);
-    for (size_t k = 0; k < links.size(); k++) {
+    for (size_t k = 0; k < of.links.size(); k++) {
       const double value = share(k);
       for_each_end(links[k].i, links[k].j, nreact, [&](int i, int) {
         change[i][0] += value;
-        if (density_links[k].is_bond) change[i][1] += value;
+        if (of.links[k].is_bond) change[i][1] += value;
       });
     }
     exchange.reverse_comm(change);
-    for (size_t i = 0; i < density_stiffness.size(); i++) {
-      change[i][0] *= weight * density_stiffness[i].total;
-      change[i][1] *= weight * density_stiffness[i].bonded;
+    for (size_t i = 0; i < of.stiffness.size(); i++) {
+      change[i][0] *= weight * of.stiffness[i].total;
+      change[i][1] *= weight * of.stiffness[i].bonded;
     }
     exchange.forward_comm(change);
   }
 
   // on a link, after find_pulls()
-  double pull(size_t k) const
+  double pull(const Densities &of, size_t k) const
   {
     const double *const of_i = change[links[k].i], *const of_j = change[links[k].j];
-    return of_i[0] + of_j[0] + (density_links[k].is_bond ? of_i[1] + of_j[1] : 0.0);
+    return of_i[0] + of_j[0] + (of.links[k].is_bond ? of_i[1] + of_j[1] : 0.0);
   }
 
   // adds sum_i K_i b_i b_i^T motion to reaction
-  void apply_densities(double weight)
+  void apply_densities(const Densities &of, double weight)
   {
-    find_pulls(weight, [this](size_t k) {
+    find_pulls(of, weight, [&](size_t k) {
       const Link &link = links[k];
-      return density_links[k].slope * dot(link.u, Vector(motion[link.i]) - Vector(motion[link.j]));
+      return of.links[k].slope * dot(link.u, Vector(motion[link.i]) - Vector(motion[link.j]));
     });
-    for (size_t k = 0; k < links.size(); k++)
-      react(links[k], links[k].u * (density_links[k].slope * pull(k)));
+    for (size_t k = 0; k < of.links.size(); k++)
+      react(links[k], links[k].u * (of.links[k].slope * pull(of, k)));
   }
 
   void react(const Link &link, const Vector &force)

@@ -92,6 +92,9 @@ class Effect {
   /// Pairs with an atom of these groups have the law without gamma, as the effect damps them.
   virtual int damped_groupbits() const { return 0; }
 
+  /// Can bonds end by its failure()?
+  virtual bool ends_bonds() const { return false; }
+
   /// Are steps so long that limits must follow each of them?
   virtual bool updates_each_step() const { return false; }
 

@@ -229,6 +229,9 @@ class PairData : protected Pointers {
   /// Those that could act, as of now.
   std::vector<std::shared_ptr<Effect>> find_effects() const;
 
+  /// Can bonds end before their dlim? By the rules, or by an effect.
+  bool bonds_can_fail() const { return rules_.breaks() || effects.any(&Effect::ends_bonds); }
+
   /// Groups of atoms whose pairs an effect damps, as bits.
   int implicit_groupbits() const { return implicit_groupbits_; }
 
@@ -259,6 +262,11 @@ class PairData : protected Pointers {
   const PairRules &rules() const { return rules_; }
   const Coefficients &coefficients() const { return coefficients_; }
   const EndingBonds &ending() const { return histories.ending(); }
+
+  /// At a packing: a column of the bonds with a value that their records have. Where an effect changes it, it tells
+  /// PairHistories::note_change(), and the records get it.
+  size_t add_column_of(double BondRecord::*value);
+  const Atom *atoms() const { return atom; }
   const double (*positions() const)[3] { return scene::rows(atom->x); }
 
   /// How far the bonds of own atom i hold, by their plastic strain.

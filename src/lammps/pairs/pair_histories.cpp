@@ -99,7 +99,7 @@ void PairHistories::find_owners()
   }
 }
 
-// Collective. What atoms tell their ghosts, in one exchange
+// Collective. What atoms tell their ghosts
 void PairHistories::share(Sharing when)
 {
   int width = 0;
@@ -314,6 +314,7 @@ void PairHistories::return_to(const BondStore &store)
 void PairHistories::return_due()
 {
   if (rules.plastic) add_moves();
+  add_changes();
   tell_owners();
   if (rules.joins()) warn_of_jumps();
   journal.clear();
@@ -338,8 +339,8 @@ void PairHistories::apply(const PairEvent &event)
     if (!records->find_remembered(event.i, event.partner))
       records->remembered_of(event.i).push_back({event.partner, event.deq, kind});
   };
-  if (event.what == PairEvent::MOVED)
-    records->move(event.i, event.partner, event.deq);
+  if (event.what == PairEvent::CHANGED)
+    records->set(event.i, event.partner, BOND_VALUES[event.line].value, event.deq);
   else if (event.what == PairEvent::REMEMBERED)
     remember(Remembered::CONTACT);
   else if (event.what == PairEvent::INSIDE)
@@ -371,13 +372,28 @@ void PairHistories::add_moves()
         };
         if (list->are_bonds) {    // one that began since is not in the records yet
           const BondRecord *const bond = records->find(i, tag[j]);
-          if (!bond || 1.0 / bond->deq / growth != inv_deq) note(PairEvent::MOVED);
+          if (!bond || 1.0 / bond->deq / growth != inv_deq) note(PairEvent::CHANGED);
           if (list->joins && list->join[k] != 0) note(PairEvent::JOINED);
         } else if (list->joins && (list->join[k] & PairList::NOT_BEFORE_APART))
           note(PairEvent::INSIDE);
         // contacts end at R_i + R_j as these were packed
         else if (inv_deq * list->pair(k).cut > 1.0 + CONTACT_MARGIN)
           note(PairEvent::REMEMBERED);
+      }
+}
+
+// What effects have changed in columns of the bonds
+void PairHistories::add_changes()
+{
+  for (const PairList::Column &column : lists.bonds.columns)
+    for (const PackedRow &row : lists.bonds.rows)
+      for (int k = row.first; column.line >= 0 && k < row.last; k++) {
+        const int j = lists.bonds.j[k];
+        if (is_copy(row.i, j)) continue;
+        const BondRecord *const bond = records->find(row.i, atom->tag[j]);
+        const double now = column.values[k];
+        if (now != (bond ? bond->*BOND_VALUES[column.line].value : column.of_new))
+          journal.push_back({row.i, j, atom->tag[j], now, PairEvent::CHANGED, column.line});
       }
 }
 
@@ -398,7 +414,7 @@ void PairHistories::tell_owners()
     if (event.j >= 0 && is_copy(event.i, event.j)) continue;
     apply(event);
     if (event.j < 0) continue;
-    PairEvent other = {event.j, -1, atom->tag[event.i], event.deq, event.what};
+    PairEvent other = {event.j, -1, atom->tag[event.i], event.deq, event.what, event.line};
     if (event.j < nlocal) {
       apply(other);
       continue;

@@ -77,6 +77,9 @@ class PairHistories : protected Pointers {
   /// Are there any that the records have not been told of?
   bool are_due() const { return due; }
 
+  /// Collective. An effect has changed columns of bonds that return to the records.
+  void note_change() { due = true; }
+
   /// They are of records that have gone.
   void drop()
   {
@@ -130,7 +133,7 @@ class PairHistories : protected Pointers {
   /// message to the rank of i.
   struct PairEvent {
     enum What : int64_t {
-      MOVED,         ///< deq of a bond, to this
+      CHANGED,       ///< a value of a bond, to this
       ENDED,         ///< a bond, past dlim; deq: of what is left of it
       FAILED,        ///< the same at a strain
       REMEMBERED,    ///< a contact that has flowed, to this deq
@@ -142,6 +145,7 @@ class PairHistories : protected Pointers {
     tagint partner;
     double deq;
     int64_t what;
+    int64_t line = 0;    ///< of BOND_VALUES
   };
 
   OwnerDistances owners;
@@ -182,6 +186,7 @@ class PairHistories : protected Pointers {
   void return_due();
   void tell_owners();
   void add_moves();
+  void add_changes();
 };
 
 }    // namespace EVP

@@ -29,13 +29,12 @@ void StableTimesteps::linearise(const PairData &pair_data, const FreeAtoms &free
   all_converged = true;
   set_atoms(free);
   implicit_groupbits = pair_data.implicit_groupbits();
-  linear.with_densities = false;
   linear.nreact = pair_data.packed_pairs().nreact;
   set_pairs(pair_data);
   pair_data.effects.for_each([this](Effect &one) {
     one.add_stiffness(linear);
   });
-  if (linear.with_densities) linear.find_springs_above_density();
+  linear.find_springs_above_density();
   least_damping = NO_LIMIT;
   bool damped = false, undamped = false;
   for (size_t k = 0; k < linear.links.size(); k++) {
@@ -70,8 +69,7 @@ void StableTimesteps::set_atoms(const FreeAtoms &free)
 void StableTimesteps::set_pairs(const PairData &pair_data)
 {
   linear.links.clear();
-  linear.density_links.clear();
-  linear.density_stiffness.clear();
+  linear.densities.clear();
   linear.links.reserve(pair_data.packed_pairs().size());
   for_each_pair(pair_data.packed_pairs(), scene::rows(atom->x), [&](const PlacedPair &p) {
     if ((!linear.is_free(p.i) && !linear.is_free(p.j)) || !p.acts()) return;
@@ -137,7 +135,7 @@ double StableTimesteps::implicit_dt()
   const bool is_at_rest = highest_row_sum(REST) < 1e-12 * highest_row_sum(AXIAL);
   const double rest = is_at_rest ? 0.0 : largest_eigenvalue(REST);
   const double axial = rest > 0.0 ? largest_eigenvalue(AXIAL) : lambda_k();
-  return implicit_dt(axial, rest, linear.with_densities || any_undamped ? undamped_dt() : 0.0);
+  return implicit_dt(axial, rest, !linear.densities.empty() || any_undamped ? undamped_dt() : 0.0);
 }
 
 double StableTimesteps::bound() const

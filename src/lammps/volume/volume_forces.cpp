@@ -43,12 +43,11 @@ std::string VolumeForces::describe() const
 void VolumeForces::pairs_packed(const NeighList *neighbors, bool /*is_first*/)
 {
   PairLists &lists = pairs->lists();
-  const PairRules &rules = pairs->rules();
   BondStore *const store = &this->store();
   records = store->columns<VolumeRecord>();
-  bonds_end = rules.breaks();
-  is_plastic = rules.plastic;
-  columns = Columns(rules);
+  bonds_end = pairs->bonds_can_fail();
+  is_plastic = pairs->rules().plastic;
+  columns = Columns(*pairs);
   densities.set_width(columns.n);
   pulls.set_width(is_plastic ? PUSHING + 1 : PULLING + 1);
   leaving.clear();
@@ -606,30 +605,20 @@ void VolumeForces::add_stiffness(StiffnessMatrix &matrix)
 {
   const auto kept = std::make_tuple(leaving, energy_here, strains);
   before_forces({pairs->positions(), nullptr, nullptr, pairs->lists().nreact});
-  matrix.with_densities = true;
-  for (int i = 0; i < atom->nlocal; i++) matrix.density_stiffness.push_back(state(i).stiffness);
-  std::vector<std::pair<std::pair<int, int>, size_t>> known;
-  for (size_t k = 0; k < matrix.links.size(); k++)
-    known.push_back({{matrix.links[k].i, matrix.links[k].j}, k});
-  std::sort(known.begin(), known.end());
-  matrix.density_links.resize(known.size());
+  StiffnessMatrix::Densities own;
+  for (int i = 0; i < atom->nlocal; i++) own.stiffness.push_back(state(i).stiffness);
+  StiffnessMatrix::Places places(matrix);
   for_each_pair([&](const PlacedPair &p, bool bond, double inv_dlim_of, double pull) {
     if (!matrix.is_free(p.i) && !matrix.is_free(p.j)) return;
-    const std::pair<int, int> pair = {p.i, p.j};
-    const auto found = std::lower_bound(known.begin(), known.end(), std::pair(pair, (size_t) 0));
     const double d = p.distance();
-    size_t k = matrix.links.size();
-    if (found != known.end() && found->first == pair)
-      k = found->second;
-    else {
-      matrix.links.push_back({p.i, p.j, p.direction(), 0.0, 0.0, 0.0});
-      matrix.density_links.emplace_back();
-    }
+    const size_t k = places.find_or_add(p.i, p.j, p.direction());
+    own.links.resize(matrix.links.size());
     const double slope = 2.0 * inv_dlim_of * (1.0 - d * inv_dlim_of);
-    matrix.density_links[k] = {slope, 0.0, bond};
+    own.links[k] = {slope, 0.0, bond};
     matrix.links[k].axial += std::max(0.0, -2.0 * pull * inv_dlim_of * inv_dlim_of);
     matrix.links[k].across += pull * slope / d;
   });
+  matrix.densities.push_back(own);
   std::tie(leaving, energy_here, strains) = kept;
 }
 

@@ -139,13 +139,15 @@ class VolumeForces final : public Effect, protected Pointers {
     /// After the densities, where bonds can break: shares of bonds that end in this step. to_new: the pair counts as a new one
     /// from then on. gone: it does not count any more, as its atoms are in two bodies. to_new_of_older: to_new, for the older
     /// atom of a bond with one that came later.
-    int to_new, gone, to_new_of_older, n;
+    int to_new = PUSHING, gone = 0, to_new_of_older = 0, n = PUSHING;
 
-    explicit Columns(const PairRules &rules) : to_new(rules.plastic ? CEASED + 1 : PUSHING)
+    Columns() = default;
+    explicit Columns(const PairData &pairs)
     {
+      to_new = pairs.rules().plastic ? CEASED + 1 : PUSHING;
       gone = to_new + 1;
       to_new_of_older = to_new + 2;
-      n = rules.breaks() ? to_new + 3 : to_new;
+      n = pairs.bonds_can_fail() ? to_new + 3 : to_new;
     }
   };
 
@@ -162,7 +164,7 @@ class VolumeForces final : public Effect, protected Pointers {
                                         Others{BONDED, VolumePasses::PARTNER}};
 
   bigint partners = -1;    // sum over the atoms with bonds, which tells whether they are the same
-  Columns columns{PairRules()};
+  Columns columns;
   // of all atoms and ghosts; batches: the batch of each, then its openness at the packing
   AtomValues densities{columns.n}, pulls{2}, batches{2};
   std::vector<char> open;    // Openness of all atoms and ghosts; empty without plasticity
