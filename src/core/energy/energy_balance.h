@@ -28,6 +28,7 @@ class PairWork final : public PairConsumer {
     double past_cutoff;           ///< of bonds past theirs, where they come back
     double ended;                 ///< of those that ended, since the start
     double plastic;               ///< dissipated as deq moves on
+    double grown;                 ///< gained as lengths of pairs grew
   };
   Sums sums() const
   {
@@ -38,7 +39,8 @@ class PairWork final : public PairConsumer {
             found.contacts_at_cutoff.total(),
             bonds_end ? 0.0 : found.past_cutoff.total() + beyond_list.held.total(),
             ended,
-            found.plastic.total() + dissipated_apart};
+            found.plastic.total() + dissipated_apart,
+            grown};
   }
 
   /// Do bonds past their cutoffs end?
@@ -65,6 +67,7 @@ class PairWork final : public PairConsumer {
 
   /// Dissipated at fixed distances, before the forces to come [energy].
   void add_dissipated(double energy) { dissipated_before += energy; }
+  void add_grown(double energy) { grown_before += energy; }
 
   /// Three values per particle and ghost [force], on ghosts reactions: of the pairs, damping included,
   /// which is empty without `separates`; and of the damping of their laws alone, empty where none acts.
@@ -104,6 +107,7 @@ class PairWork final : public PairConsumer {
     found = {};
     ended_now = {};
     dissipated_apart = std::exchange(dissipated_before, 0.0) + beyond_list.dissipated;
+    grown = std::exchange(grown_before, 0.0);
   }
   void finish(const ParticleView &view)
   {
@@ -135,6 +139,7 @@ class PairWork final : public PairConsumer {
   bool evaluated = false;
   int nreact = 0;
   double ended = 0.0, dissipated_before = 0.0, dissipated_apart = 0.0;
+  double grown_before = 0.0, grown = 0.0;
   Stored ended_now{};    // since the last forces, which found it
   LaneSums found;
 

@@ -25,6 +25,12 @@ inline double hardening_by_rate(const Row &row, double rate)
   return rate > row.rate_rate0 ? 1.0 + row.rate * std::log(rate / row.rate_rate0) : 1.0;
 }
 
+/// By how much the lengths of a sphere are larger than at TREF.
+inline double thermal_growth(const Row &row, double temperature)
+{
+  return 1.0 + row.expansion * (temperature - row.expansion_tref);
+}
+
 /// The part of a particle in the conductances of its bonds [length^3]: 3 V/z, V its share of the volume of the body; 2 V/z
 /// in a plane.
 inline double conducting_share(int dimension, double volume, double bonds)

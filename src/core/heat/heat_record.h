@@ -14,6 +14,7 @@ struct HeatRecord {
   double strain;     ///< plastic, when limits moved on last; below 0: not yet
   double rate;       ///< of it, smoothed over RATE_STEPS [1/time]
   double out;        ///< what it has taken and not kept, as it holds its temperature [energy]
+  double growth;     ///< see thermal_growth(), that pairs have
 
   static constexpr const char *NAME = "heat";
   static constexpr unsigned NEEDS = NOTHING_ELSE;
@@ -24,7 +25,8 @@ struct HeatRecord {
       {"limit_factor", "1", 1.0, Range::POSITIVE, true},
       {"strain_at_update", "1", -1.0, Range::NOT_NEGATIVE, false},
       {"strain_rate", "1/time", 0.0, Range::ANY, true},
-      {"heat_out", "energy", 0.0, Range::NOT_IN_FILES, false}};
+      {"heat_out", "energy", 0.0, Range::NOT_IN_FILES, false},
+      {"thermal_growth", "1", 1.0, Range::POSITIVE, true}};
 };
 inline const bool has_heat_table = add_table<HeatRecord>();
 

@@ -59,7 +59,9 @@ struct Row {
   double soften_floor = 0.02;
   double melt = 0.0;    ///< latent heat at soften_tmelt [energy/mass]
   double rate = 0.0;    ///< limits grow by this times the logarithm of the plastic strain rate
-  double rate_rate0 = 1.0;    ///< over this, from there on [1/time]
+  double rate_rate0 = 1.0;        ///< over this, from there on [1/time]
+  double expansion = 0.0;         ///< of lengths [1/temperature], from
+  double expansion_tref = 0.0;    ///< this temperature on
 
   /// Does the row name the bodies that it holds for? Both or none: parse_row() sees to that.
   bool is_scaled() const { return spacing > 0.0; }
@@ -68,6 +70,9 @@ struct Row {
 /// m - n must be at least this, and this share of m: the force is a difference of s^m and s^n, which
 /// round-off then changes by less than 1e-8 of itself at a strain of 1e-3.
 constexpr double EXPONENTS_APART = 1e-4;
+
+/// Lengths of pairs change by no more than this share as they warm: so much farther the neighbor list reaches.
+constexpr double MOST_EXPANSION = 0.05;
 
 constexpr double HIGHEST_KV = 1.0e100;    // whose squares and forces are finite
 
@@ -179,7 +184,9 @@ constexpr Member MEMBERS[] = {
     {"soften_floor", &Row::soften_floor, rule::share, Member::OPTIONAL},
     {"melt", &Row::melt, rule::latent_heat},
     {"rate", &Row::rate, rule::positive},
-    {"rate_rate0", &Row::rate_rate0, rule::positive, Member::FURTHER}};
+    {"rate_rate0", &Row::rate_rate0, rule::positive, Member::FURTHER},
+    {"expansion", &Row::expansion, rule::positive},
+    {"expansion_tref", &Row::expansion_tref, rule::above_zero_temperature, Member::FURTHER}};
 constexpr int NMEMBERS = (int) std::size(MEMBERS);
 constexpr int NREQUIRED = 9;    // those in front, without a keyword
 

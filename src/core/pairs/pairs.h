@@ -173,16 +173,17 @@ class PairList {
 
   /// A value of each pair that an effect keeps beside those of the list until the next packing.
   struct Column {
-    double of_new;    ///< of pairs that are added
+    double of_new;             ///< of pairs that are added
+    bool is_inverse_length;    ///< of the pair: see grow()
     std::vector<double> values;
     int line = -1;    ///< of BOND_VALUES, to which it returns; -1: to none
   };
   std::vector<Column> columns;
 
   /// Returns the place of a new one.
-  size_t add_column(double of_new, int line = -1)
+  size_t add_column(double of_new, bool is_inverse_length, int line = -1)
   {
-    columns.push_back({of_new, std::vector<double>(count, of_new), line});
+    columns.push_back({of_new, is_inverse_length, std::vector<double>(count, of_new), line});
     return columns.size() - 1;
   }
 
@@ -304,6 +305,19 @@ class PairList {
     columns.swap(kept_columns);
   }
 
+  /// The lengths of each pair become ratio(i, j) times as large.
+  template <class F> void grow(F &&ratio)
+  {
+    for (const PackedRow &row : rows)
+      for (int n = row.first; n < row.last; n++) {
+        const double by = ratio(row.i, j[n]);
+        inv_deq[n] /= by;
+        cutsq[n] *= by * by;
+        for (Column &column : columns)
+          if (column.is_inverse_length) column.values[n] /= by;
+      }
+  }
+
   int owner_of(int n) const
   {
     return std::upper_bound(rows.begin(), rows.end(), n,
@@ -370,13 +384,21 @@ template <class F> EVP_INLINE void for_each_end(int i, int j, int nreact, F &&f)
 struct PairLists {
   PairList bonds{true}, contacts{false};
   std::vector<double> limits;    ///< with plasticity, of particles and ghosts: see Limit
-  long build = 0;                ///< counts the packings: indices of pairs hold as long as it does
-  long common_build = 0;         ///< counts those that were collective
-  int nlocal = 0;                ///< particles that the lists were built for: own,
-  int nall = 0;                  ///< and with ghosts
-  int nreact = 0;                ///< below it they take reactions: ghosts do where newton is on
+  std::vector<double>
+      growth;    ///< of particles and ghosts: by how much larger they are than in the records; empty: as there
+  long build = 0;           ///< counts the packings: indices of pairs hold as long as it does
+  long common_build = 0;    ///< counts those that were collective
+  int nlocal = 0;           ///< particles that the lists were built for: own,
+  int nall = 0;             ///< and with ghosts
+  int nreact = 0;           ///< below it they take reactions: ghosts do where newton is on
 
   size_t size() const { return bonds.size() + contacts.size(); }
+
+  /// By how much larger the lengths of a pair are than in the records.
+  double growth_of(int i, int j) const
+  {
+    return growth.empty() ? 1.0 : 0.5 * (growth[i] + growth[j]);
+  }
 
   /// How far a pair of particle i holds, by the limit of its partner; own: that of its law, which goes before, or 0.
   double limit_of(double own, int i, double of_partner) const

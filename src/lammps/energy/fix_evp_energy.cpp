@@ -203,7 +203,7 @@ FixEVPEnergy::Works FixEVPEnergy::works_of_step()
     others += box.others;
     of_box = box.end_step(by_damping) + damping_of_box();
   }
-  return {dissipated_at_begin + dissipated + damped, prescribed + damped, others, of_box, 0.0};
+  return {dissipated_at_begin + dissipated + damped, prescribed + damped, others, of_box, 0.0, 0.0};
 }
 
 void FixEVPEnergy::post_integrate()
@@ -259,6 +259,7 @@ void FixEVPEnergy::end_of_step()
   now.works.others += step.others;
   now.works.box += step.box;
   now.works.plastic += now.instant.pairs.plastic;
+  now.works.grown += now.instant.pairs.grown;
   summed_step = -1;
 }
 
@@ -274,6 +275,7 @@ void FixEVPEnergy::sum_up()
   entries[OTHERS] = works.others;
   entries[BOX] = works.box;
   entries[PLASTIC] = works.plastic;
+  entries[GROWN] = works.grown;
   entries[KINETIC] = last.kinetic - start.kinetic;
   entries[FIRST] = last.pairs.elastic - start.pairs.elastic;
   entries[SECOND] = last.pairs.forgotten - start.pairs.forgotten;
@@ -284,10 +286,10 @@ void FixEVPEnergy::sum_up()
   entries[VOLUME] = last.volume - start.volume;
 }
 
-// f_ID: energy imbalance. f_ID[1..13], changes since the start: kinetic, stored in bonds up to xi_s
+// f_ID: energy imbalance. f_ID[1..14], changes since the start: kinetic, stored in bonds up to xi_s
 // and above it, spent on lost bonds, new contacts; dissipated by gamma; work on prescribed atoms, of all
 // other forces; dissipated by flow, 0, lost with bonds that ended, volume energy; work of
-// a box that deforms
+// a box that deforms; gained as pairs grew by their temperature
 double FixEVPEnergy::compute_scalar()
 {
   sum_up();
@@ -295,7 +297,7 @@ double FixEVPEnergy::compute_scalar()
   for (const Entry entry :
        {KINETIC, FIRST, SECOND, LOST, CONTACTS, DISSIPATED, PLASTIC, ENDED, VOLUME})
     imbalance += entries[entry];
-  return imbalance - entries[PRESCRIBED] - entries[OTHERS] - entries[BOX];
+  return imbalance - entries[PRESCRIBED] - entries[OTHERS] - entries[BOX] - entries[GROWN];
 }
 
 double FixEVPEnergy::compute_vector(int n)

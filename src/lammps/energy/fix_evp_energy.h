@@ -243,6 +243,7 @@ class FixEVPEnergy :
   void contact_joins(const EVP::EndingPair &pair) override { bond_ends(pair); }
   void far_bonds_end(const std::vector<EVP::FarBond> &) override { work.end_beyond_list(); }
   void add_dissipated(double energy) override { work.add_dissipated(energy); }
+  void add_grown(double energy) override { work.add_grown(energy); }
   bool asks_for_powers() const override { return true; }
 
  private:
@@ -259,6 +260,7 @@ class FixEVPEnergy :
     ENDED = PLASTIC + 2,    // f_ID[10] is 0, for the numbers of the others
     VOLUME,
     BOX,
+    GROWN,
     NENTRIES
   };
 
@@ -270,7 +272,7 @@ class FixEVPEnergy :
 
   /// What happens in steps [energy].
   struct Works {
-    double dissipated, prescribed, others, box, plastic;
+    double dissipated, prescribed, others, box, plastic, grown;
   };
 
   /// Of an MPI rank or of all: now, and since the start.

@@ -8,6 +8,7 @@
 #include "lammps/base/scene.h"
 #include "lammps/base/user_input.h"
 #include "lammps/bonds/fix_evp_bonds.h"
+#include "lammps/heat/expansion.h"
 
 #include "comm.h"
 #include "fix_neigh_history.h"
@@ -87,6 +88,9 @@ void FixEVPHeat::init()
                who);
   rows.resize(1);
   for (int type = 1; type <= atom->ntypes; type++) rows.push_back(pair_data->row_of(type));
+  expands = std::any_of(rows.begin(), rows.end(), [](const Row &row) {
+    return row.expansion > 0.0;
+  });
   others_pairs = force->pair_match("evp/lj", 1) != force->pair;
   others_groupbits = 0;
   for (const Fix *other : modify->get_fix_list())
@@ -402,6 +406,7 @@ void FixEVPHeat::warm_new_atoms(const PairLists &lists)
       if (counts[i] == 0.0) continue;
       temperature[i] = sums[i] / counts[i];
       records[i].factor = factor_now(i);
+      records[i].growth = growth_now(i);
       any = true;
     }
     any = on_any(any, world);
@@ -448,16 +453,42 @@ void FixEVPHeat::multiply_limits(std::vector<double> &factors) const
 }
 
 // limits follow the temperatures and strain rates of now
+void FixEVPHeat::put_shared(Sharing, const ValuesOfAtoms &values) const
+{
+  for (int i = 0; i < atom->nlocal; i++) values[i][0] = records[i].growth;
+}
+
+void FixEVPHeat::set_shared(Sharing when, const ValuesOfAtoms &values)
+{
+  Growth growth(pair_data->lists().nall);
+  for (size_t i = 0; i < growth.size(); i++) growth[i] = values[(int) i][0];
+  if (when == Sharing::PACKED) return grow_packed_pairs(*pair_data, growth);
+  if (!on_any(growth != pair_data->lists().growth, world)) return;
+  const double gained = grow_pairs(*pair_data, growth);
+  pair_data->effects.for_each([gained](Effect &one) {
+    one.add_grown(gained);
+  });
+}
+
 void FixEVPHeat::update_effect()
 {
   since_limits = 0.0;
-  for (int i = 0; i < atom->nlocal; i++) records[i].factor = factor_now(i);
+  for (int i = 0; i < atom->nlocal; i++) {
+    records[i].factor = factor_now(i);
+    records[i].growth = growth_now(i);
+    if (!(std::fabs(records[i].growth - 1.0) <= MOST_EXPANSION))
+      error->one(FLERR,
+                 "{}: the expansion of atom {} at {:.6g} would make it {:.4g} times as large, more "
+                 "than {} off 1: check ALPHA and TREF of its row",
+                 who, atom->tag[i], atom->temperature[i], records[i].growth, MOST_EXPANSION);
+  }
 }
 
 bool FixEVPHeat::was_changed() const
 {
   bool is_old = false;
-  for (int i = 0; i < atom->nlocal; i++) is_old = is_old || records[i].factor != factor_now(i);
+  for (int i = 0; i < atom->nlocal; i++)
+    is_old = is_old || records[i].factor != factor_now(i) || records[i].growth != growth_now(i);
   return is_old;
 }
 

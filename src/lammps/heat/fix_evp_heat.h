@@ -86,6 +86,9 @@ class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::Effect, public 
   void update_effect() override;
   void strains_updated(const EVP::BondStore &, bool have_flowed) override;
   void multiply_limits(std::vector<double> &) const override;
+  int shared_width(EVP::Sharing) const override { return expands; }
+  void put_shared(EVP::Sharing, const EVP::ValuesOfAtoms &) const override;
+  void set_shared(EVP::Sharing, const EVP::ValuesOfAtoms &) override;
   void before_forces(const EVP::ParticleView &) override;
   EVP::PairConsumer *reads_forces(const EVP::PairList &) override;
   void bond_ends(const EVP::EndingPair &pair) override
@@ -106,9 +109,10 @@ class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::Effect, public 
 
  private:
   static constexpr double EVP::Row::*OF_HEAT[] = {
-      &EVP::Row::conductivity, &EVP::Row::capacity, &EVP::Row::soften_tref,
-      &EVP::Row::soften_tmelt, &EVP::Row::soften_m, &EVP::Row::soften_floor,
-      &EVP::Row::melt,         &EVP::Row::rate,     &EVP::Row::rate_rate0};
+      &EVP::Row::conductivity, &EVP::Row::capacity,      &EVP::Row::soften_tref,
+      &EVP::Row::soften_tmelt, &EVP::Row::soften_m,      &EVP::Row::soften_floor,
+      &EVP::Row::melt,         &EVP::Row::rate,          &EVP::Row::rate_rate0,
+      &EVP::Row::expansion,    &EVP::Row::expansion_tref};
   enum Account { OF_WORK, OF_OTHERS, OUT, WAITING, STORED, NACCOUNTS };
 
   /// A pair style that tells of its friction, and where it keeps what its pairs remember: nullptr where they do not.
@@ -141,6 +145,7 @@ class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::Effect, public 
   EVP::SphereRecords<EVP::HeatRecord> records;
   bool has_records = false;    // kept in a run before, or in the restart file
   bool begun = false;          // softening follows temperatures
+  bool expands = false;        // the row of any type has an expansion
   std::vector<Granular> granular;
   std::vector<FrictionPair> friction_pairs;    // by the forces of now
   Values moving, remembered;    // velocities and rates of rotation of atoms and ghosts; of a pair
@@ -173,6 +178,10 @@ class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::Effect, public 
   {
     const EVP::Row &row = rows[atom->type[i]];
     return EVP::softening(row, atom->temperature[i]) * EVP::hardening_by_rate(row, records[i].rate);
+  }
+  double growth_now(int i) const
+  {
+    return EVP::thermal_growth(rows[atom->type[i]], atom->temperature[i]);
   }
   bool is_free(int i) const { return atom->mask[i] & groupbit; }
   void check_atoms(const EVP::BondStore &) const;

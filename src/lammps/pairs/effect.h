@@ -128,6 +128,10 @@ class Effect {
   virtual void put_shared(Sharing, const ValuesOfAtoms &) const {}
   virtual void set_shared(Sharing, const ValuesOfAtoms &) {}
 
+  /// Lengths of pairs become ratio(i, j) times as large: of those that the effect keeps in lists of its own.
+  using Ratio = std::function<double(int, int)>;
+  virtual void pairs_grow(const Ratio &) {}
+
   /// Which stretched bonds fail from now on; nullptr: none. It must be known before the forces, as densities are summed over the
   /// bonds that stay: what depends on forces takes those of the last update.
   virtual const FailureCriterion *failure() const { return nullptr; }
@@ -163,6 +167,9 @@ class Effect {
   /// Dissipated by pairs of this MPI rank at fixed distances, as limits fell.
   virtual void add_dissipated(double) {}
 
+  /// Gained by pairs of this MPI rank at fixed distances, as their lengths grew.
+  virtual void add_grown(double) {}
+
   /// Plastic work of each own atom. Heat of a pair, half of it for each atom, for j where it takes reactions.
   virtual bool takes_heat() const { return false; }
   virtual void add_plastic_work(const std::vector<double> &) {}
@@ -172,6 +179,7 @@ class Effect {
 
   /// What no pair holds, on this MPI rank [energy].
   virtual double energy() const { return 0.0; }
+  virtual double energy_of_present_positions() { return energy(); }
 
   /// Of a pair of atoms at a distance [force], positive repels.
   virtual double force_between(int /*i*/, int /*j*/, double /*d*/, const PackedPair &) const

@@ -145,7 +145,7 @@ bool PairData::forces_have_changed() const
 size_t PairData::add_column_of(double BondRecord::*value)
 {
   PairList &bonds = lists_.bonds;
-  const size_t column = bonds.add_column(BondRecord{}.*value, line_of(value));
+  const size_t column = bonds.add_column(BondRecord{}.*value, false, line_of(value));
   std::vector<double> &values = bonds.columns[column].values;
   for (const PackedRow &row : bonds.rows)
     for (int k = row.first; k < row.last; k++)
@@ -278,7 +278,7 @@ double PairData::handle(int i, int j)
                "Pair evp/lj, types {} and {}: contact join {} needs an alpha above {:.4g}, as a "
                "bond that ends at dlim must be apart, got {}: give a smaller distance to join",
                i, j, rules_.join.within, APART * rules_.join.within, row.alpha);
-  return types.handle(i, j, row.alpha);
+  return types.handle(i, j, row.alpha * (row.expansion > 0.0 ? 1.0 + MOST_EXPANSION : 1.0));
 }
 
 // those that damp, or the others
@@ -376,6 +376,7 @@ bool PairData::pack(const NeighList *neighbors)
   if (histories.are_due() && snapshot.matches_list())
     scene::find_fix(modify, "evp/bonds")->pre_exchange();
   snapshot.note_atoms(!atom->avec->comm_x_only);
+  lists_.growth.clear();
   lists_.nlocal = atom->nlocal;
   lists_.nall = atom->nlocal + atom->nghost;
   lists_.nreact = force->newton_pair ? lists_.nall : lists_.nlocal;

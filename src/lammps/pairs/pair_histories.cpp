@@ -34,7 +34,7 @@ void PairHistories::begin_run(BondStore *records_in, PerAtomComm *exchange_in, b
 // Collective. Have temperatures, strain rates or plastic strains become others between runs?
 bool PairHistories::was_changed() const
 {
-  return rules.plastic && on_any(effects.any(&Effect::was_changed), world);
+  return on_any(effects.any(&Effect::was_changed), world);
 }
 
 // by the number of the step, so that neither neighbor builds nor MPI ranks nor restarts matter
@@ -60,8 +60,7 @@ void PairHistories::note_packing()
 {
   ends.clear();
   begins.clear();
-  if (!rules.has_history()) return;
-  note_images();
+  if (rules.has_history()) note_images();
   share(Sharing::PACKED);
 }
 
@@ -211,12 +210,12 @@ void PairHistories::end_bonds()
     const int k = ends.found[n], i = lists.bonds.owner_of(k);
     const PackedPair bond = lists.bonds.pair(k);
     const double d = bond.up_to_cutoff(ends.squared_distances[n]);
-    const Span left = rules.of_ended(atom->radius[i] + atom->radius[bond.j], d);
-    const double dlim =
-        coefficients.law(bond.law).row.alpha * (atom->radius[i] + atom->radius[bond.j]);
+    const double sum_radii = this->sum_radii(i, bond.j);
+    const Span left = rules.of_ended(sum_radii, d);
+    const double dlim = coefficients.law(bond.law).row.alpha * sum_radii;
     const bool failed = d < dlim * (1.0 - BOND_MARGIN);
-    journal.push_back(
-        {i, bond.j, atom->tag[bond.j], left.deq, failed ? PairEvent::FAILED : PairEvent::ENDED});
+    journal.push_back({i, bond.j, atom->tag[bond.j], left.deq / lists.growth_of(i, bond.j),
+                       failed ? PairEvent::FAILED : PairEvent::ENDED});
     note_event(i, bond.j, atom->tag[bond.j], failed ? BondEvent::FAILED : BondEvent::AT_DLIM);
     const EndingPair pair = {k, i, bond.j,
                              coefficients.law(bond.law).state(d * bond.inv_deq, bond).stored};
@@ -276,13 +275,14 @@ void PairHistories::begin_bonds()
     const double d = std::sqrt(begins.squared_distances[n]);
     const int law = coefficients.within_body(contact.law);
     const double alpha = coefficients.law(law).row.alpha;
-    const double dlim = alpha * (atom->radius[i] + atom->radius[contact.j]);
+    const double dlim = alpha * sum_radii(i, contact.j);
     const EndingPair pair = {
         k, i, contact.j, coefficients.law(contact.law).state(d * contact.inv_deq, contact).stored};
     effects.for_each([&](Effect &one) {
       one.contact_joins(pair);
     });
-    journal.push_back({i, contact.j, atom->tag[contact.j], d, PairEvent::BEGAN});
+    journal.push_back(
+        {i, contact.j, atom->tag[contact.j], d / lists.growth_of(i, contact.j), PairEvent::BEGAN});
     note_event(i, contact.j, atom->tag[contact.j], BondEvent::JOINED);
     if (d < contact.cut * rules.join.within / APART && !is_copy(i, contact.j)) jumps++;
     demand_room(bonds, 1, error);
@@ -303,8 +303,9 @@ void PairHistories::end_far_bonds()
   if (!rules.has_history()) return;
   for (size_t n = 0; n < far.size(); n++) {
     const FarBond &bond = far[n];
-    const double sum_radii = atom->radius[bond.i] + bond.radius;
-    const double rest = rules.of_ended(sum_radii, bond.cutoff).deq;
+    const double growth = lists.growth_of(bond.i, bond.i);
+    const double sum_radii = growth * (atom->radius[bond.i] + bond.radius);
+    const double rest = rules.of_ended(sum_radii, bond.cutoff).deq / growth;
     journal.push_back({bond.i, -1, (tagint) bond.partner, rest,
                        bond.at_dlim ? PairEvent::ENDED : PairEvent::FAILED});
     if (keeps_events && atom->tag[bond.i] < bond.partner)
@@ -382,13 +383,13 @@ void PairHistories::add_moves()
       for (int k = row.first; k < row.last; k++) {
         const int i = row.i, j = list->j[k];
         if (is_copy(i, j)) continue;
-        const double inv_deq = list->inv_deq[k];
+        const double inv_deq = list->inv_deq[k], growth = lists.growth_of(i, j);
         const auto note = [&](PairEvent::What what) {
-          journal.push_back({i, j, tag[j], 1.0 / inv_deq, what});
+          journal.push_back({i, j, tag[j], 1.0 / (inv_deq * growth), what});
         };
         if (list->are_bonds) {    // one that began since is not in the records yet
           const BondRecord *const bond = records->find(i, tag[j]);
-          if (!bond || 1.0 / bond->deq != inv_deq) note(PairEvent::CHANGED);
+          if (!bond || 1.0 / bond->deq / growth != inv_deq) note(PairEvent::CHANGED);
           if (list->joins && list->join[k] != 0) note(PairEvent::JOINED);
         } else if (list->joins && (list->join[k] & PairList::NOT_BEFORE_APART))
           note(PairEvent::INSIDE);
@@ -481,13 +482,14 @@ int64_t PairHistories::find_far()
     }
     const int index = coefficients.index(atom->type[i], partner.type);
     const PairLaw &law = coefficients.law(index);
-    const double dlim = law.row.alpha * (atom->radius[i] + partner.radius);
-    const Span span = rules.of_bond(bond.deq, dlim);
+    const double growth = lists.growth_of(i, i),
+                 deq = growth * bond.deq;    // its partner may be anywhere
+    const double dlim = law.row.alpha * growth * (atom->radius[i] + partner.radius);
+    const Span span = rules.of_bond(deq, dlim);
     const double limit = rules.plastic ? lists.limit_of(law.own_limit, i, partner.value) : 0.0;
-    far.push_back({i, (tagint) bond.partner, bond.deq, partner.radius, span.cutoff,
-                   !(span.cutoff < dlim),
-                   law.state(span.cutoff / bond.deq,
-                             {1.0 / bond.deq, rules.flow_of_bonds(), limit, span.cutoff})});
+    far.push_back(
+        {i, (tagint) bond.partner, deq, partner.radius, span.cutoff, !(span.cutoff < dlim),
+         law.state(span.cutoff / deq, {1.0 / deq, rules.flow_of_bonds(), limit, span.cutoff})});
     if (!keeps_events) return;
     double from[3], image[3];
     place.store(from);

@@ -166,6 +166,10 @@ class PairHistories : protected Pointers {
 
   /// Does another row hold the pair too, which stands for both? Without newton, across MPI ranks or a periodic boundary.
   bool is_copy(int i, int j) const { return j >= lists.nreact && atom->tag[i] > atom->tag[j]; }
+  double sum_radii(int i, int j) const
+  {
+    return lists.growth_of(i, j) * (atom->radius[i] + atom->radius[j]);
+  }
   bool was_changed() const;
   void note_images();
   void find_owners();

@@ -83,7 +83,7 @@ void VolumeForces::pairs_packed(const NeighList *neighbors, bool /*is_first*/)
   });
 
   PairList &bonds = lists.bonds;
-  inv_dlim = bonds.add_column(HUGE_VAL);
+  inv_dlim = bonds.add_column(HUGE_VAL, true);
   std::vector<double> &inv_dlim_of = bonds.columns[inv_dlim].values;
   unbonded.clear(BOND_MARGIN, Flow::FORGETS);
   for (Others &some : others) some.all.clear(BOND_MARGIN, Flow::FORGETS);
@@ -125,6 +125,19 @@ void VolumeForces::far_bonds_found(const std::vector<FarBond> &bonds)
   // of eq. 8: they break before their spheres are out of reach, at the end of the step
   for (const FarBond &bond : bonds)
     if (bonds_end && !is_plastic) far.push_back(bond.i);
+}
+
+// those of the bonds are a column of their list
+void VolumeForces::pairs_grow(const Ratio &ratio)
+{
+  unbonded.grow(ratio);
+  for (Others &some : others) some.all.grow(ratio);
+}
+
+double VolumeForces::energy_of_present_positions()
+{
+  before_forces({pairs->positions(), nullptr, nullptr, pairs->lists().nreact});
+  return energy_here;
 }
 
 VolumeForces::Openness VolumeForces::openness(int i, bool opens) const
@@ -333,7 +346,9 @@ double VolumeForces::dlim(int i, int j, bool is_bond) const
 {
   if (!are_pair(i, j, is_bond)) return 0.0;
   const double alpha = pairs->coefficients().row(atom->type[i], atom->type[j]).alpha;
-  return alpha == 0.0 ? 0.0 : reach(alpha) * (atom->radius[i] + atom->radius[j]);
+  return alpha == 0.0
+      ? 0.0
+      : reach(alpha) * pairs->lists().growth_of(i, j) * (atom->radius[i] + atom->radius[j]);
 }
 
 double VolumeForces::force_between(int i, int j, double d, const PackedPair &pair) const
@@ -341,7 +356,8 @@ double VolumeForces::force_between(int i, int j, double d, const PackedPair &pai
   const double alpha = pairs->law_of(pair).row.alpha;
   const bool bond = pair.is_bond && !pair.has_joined && d * d <= pair.cutsq;
   if (stride * (size_t) std::max(i, j) >= pulls.size() || !are_pair(i, j, bond)) return 0.0;
-  const double end = reach(alpha) * (atom->radius[i] + atom->radius[j]);
+  const double end =
+      reach(alpha) * pairs->lists().growth_of(i, j) * (atom->radius[i] + atom->radius[j]);
   const Density column = bond ? BONDED : is_beside_open(i, j) ? PUSHING : PULLING;
   const double both = pull(i, j, column, bond ? ends_of_bond(i, j) : BOTH);
   return d < end ? -both * 2.0 * (1.0 - d / end) / end : 0.0;

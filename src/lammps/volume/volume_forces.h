@@ -89,7 +89,9 @@ class VolumeForces final : public Effect, protected Pointers {
     if (are_due) note_bonds_at_rest();
   }
 
+  void pairs_grow(const Ratio &) override;
   double energy() const override { return energy_here; }
+  double energy_of_present_positions() override;
   double force_between(int i, int j, double d, const PackedPair &) const override;
   void add_stiffness(StiffnessMatrix &) override;
   const std::vector<double> *values_of_atoms(const std::string &name) const override
