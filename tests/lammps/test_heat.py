@@ -664,3 +664,16 @@ timestep 0.04
 """ + thermo("c_out") + "thermo 400\nrun 4000\n").ok().thermo()
     flux = np.diff(table["c_out"])[-1] / (400 * 0.04)
     assert flux == pytest.approx(237 * 0.06 * 0.01 * 100 / 0.1, rel=1e-5)
+
+
+def test_values_of_all_effects_reach_the_ghosts(lmp_decks):
+    """Limit, plastic strain, openness and expansion are more than one exchange holds. Fixes may stand in any order."""
+    deck = sheared(heat=f"{SOFTEN} expansion 2.4e-5 {TREF}", every=10, temperature=f"set group all temperature {TREF + 100.0}")
+    volume = "fix volume all evp/volume 2000\n"
+    assert deck.count(volume) == 1 and deck.count("fix move all nve\n") == 1
+    later = deck.replace(volume, "").replace("fix move all nve\n", f"{volume}fix move all nve\n")
+    runs = lmp_decks({"before heat": deck + "run 60\n", "after heat": later + "run 60\n"}, 2)
+    one, other = (runs[name].thermo() for name in ("before heat", "after heat"))
+    assert one["f_energy[9]"][-1] > 0.0, "control: it flows"
+    for name, values in one.items():
+        assert other[name] == pytest.approx(values, rel=1e-9, abs=1e-9 * np.abs(values).max()), name

@@ -178,7 +178,7 @@ TEST(ParseRow, RefusesWhatIsNoRow)
       {"80 200 4 3 8 4 0.999 0 1.5", "overflow"},    // (1 - xi_s)^-(m+1) = 1e603 when compressed
       {"1e308 8 4 3 8 4 0.005 0 1.5", "overflow"},
       {TABLE1 + " pitch 1", "unknown keyword 'pitch'", "after its 9 values",
-       "spacing, coordination, kv, density, conductivity, capacity, soften, melt, rate, flow, "
+       "spacing, coordination, kv, density, conductivity, capacity, soften, melt, rate, expansion, flow, "
        "limit, bonds"},
       {TABLE1 + " limit", "keyword limit of a row takes the word own"},
       {TABLE1 + " limit 3", "keyword limit of a row takes the word own"},

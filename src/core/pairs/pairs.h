@@ -176,7 +176,7 @@ class PairList {
   std::vector<Column> columns;
 
   /// Returns the place of a new one.
-  size_t add_column(double of_new, bool is_inverse_length = false, int line = -1)
+  size_t add_column(double of_new, bool is_inverse_length, int line = -1)
   {
     columns.push_back({of_new, is_inverse_length, std::vector<double>(count, of_new), line});
     return columns.size() - 1;

@@ -145,7 +145,7 @@ bool PairData::forces_have_changed() const
 size_t PairData::add_column_of(double BondRecord::*value)
 {
   PairList &bonds = lists_.bonds;
-  const size_t column = bonds.add_column(BondRecord{}.*value, line_of(value));
+  const size_t column = bonds.add_column(BondRecord{}.*value, false, line_of(value));
   std::vector<double> &values = bonds.columns[column].values;
   for (const PackedRow &row : bonds.rows)
     for (int k = row.first; k < row.last; k++)
