@@ -19,7 +19,8 @@ namespace EVP {
 class PairData;
 class StiffnessMatrix;
 
-/// A bond of an own atom that is in no list, as it is past its cutoff.
+/// A bond of an own atom that is in no list, as it is past its cutoff. Lengths are those of the records: the state at the cutoff
+/// is the same, whatever its atoms have grown by.
 struct FarBond {
   int i;
   int64_t partner;
@@ -120,7 +121,7 @@ class Effect {
   /// Multiplies how far the bonds of each own atom hold.
   virtual void multiply_limits(std::vector<double> & /*factors*/) const {}
 
-  /// How many values atoms and ghosts get, those of own atoms, and what becomes of them.
+  /// How many values atoms and ghosts get, three at most, those of own atoms, and what becomes of them.
   virtual int shared_width(Sharing) const { return 0; }
   virtual void put_shared(Sharing, const ValuesOfAtoms &) const {}
   virtual void set_shared(Sharing, const ValuesOfAtoms &) {}

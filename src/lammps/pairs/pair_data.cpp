@@ -266,7 +266,15 @@ double PairData::handle(int i, int j)
                "Pair evp/lj, types {} and {}: contact join {} needs an alpha above {:.4g}, as a "
                "bond that ends at dlim must be apart, got {}: give a smaller distance to join",
                i, j, rules_.join.within, APART * rules_.join.within, row.alpha);
-  return types.handle(i, j, row.alpha * (row.expansion > 0.0 ? 1.0 + MOST_EXPANSION : 1.0));
+  return types.handle(i, j, row.alpha * (may_grow(i) || may_grow(j) ? 1.0 + MOST_EXPANSION : 1.0));
+}
+
+// by the row of the like type, whatever that of the pair has
+bool PairData::may_grow(int type) const
+{
+  return row_of(type).expansion > 0.0 && effects.any([](const Effect &one) {
+    return one.uses(&Row::expansion);
+  });
 }
 
 // those that damp, or the others
@@ -307,10 +315,7 @@ void PairData::report()
         ? fmt::format(", bonds break at a plastic strain of {}", rules_.break_strain)
         : fmt::format(", bonds break beyond {} deq", 1.0 + rules_.break_strain);
   line += describe_effects(false);
-  const std::string inactive = types.find_inactive_keywords(rules_.plastic, effects);
-  if (!inactive.empty())
-    line += fmt::format(", inactive without {}: {}",
-                        rules_.plastic ? "fix evp/heat" : "plasticity isotropic", inactive);
+  line += types.find_inactive_keywords(rules_.plastic, effects);
   line += fmt::format(", overlap warning above {} (R_i + R_j)\n", rules_.overlap);
 
   if (line == std::exchange(last_report, line) || comm->me) return;

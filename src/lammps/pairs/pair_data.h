@@ -322,6 +322,7 @@ class PairData : protected Pointers {
   mutable long rows_build = -1;    // of these, for pair_between()
 
   void stop_at_wrong_box_rates() const;
+  bool may_grow(int type) const;
   void report();
   std::string describe_effects(bool that_damp) const;
   bool forces_have_changed() const;

@@ -99,27 +99,30 @@ void PairHistories::find_owners()
   }
 }
 
-// Collective. What atoms tell their ghosts, in one exchange
+// Collective. What atoms tell their ghosts, in as few exchanges as have room for it
 void PairHistories::share(Sharing when)
 {
-  int width = 0;
-  effects.for_each([&](const Effect &one) {
-    width += one.shared_width(when);
-  });
-  if (width == 0) return;
-  PerAtomComm::Values values((size_t) PerAtomComm::WIDTH * lists.nall, 0.0);
+  constexpr int WIDTH = PerAtomComm::WIDTH;
+  std::vector<PerAtomComm::Values> exchanges;
   const auto for_each_part = [&](auto &&f) {
-    ValuesOfAtoms part = {values.data(), PerAtomComm::WIDTH};
+    size_t number = 0;
+    int used = WIDTH;
     effects.for_each([&](Effect &one) {
       const int own = one.shared_width(when);
-      if (own > 0) f(one, part);
-      part.first += own;
+      if (own == 0) return;
+      if (used + own > WIDTH) {
+        used = 0;
+        if (++number > exchanges.size()) exchanges.emplace_back((size_t) WIDTH * lists.nall, 0.0);
+      }
+      f(one, ValuesOfAtoms{exchanges[number - 1].data() + used, WIDTH});
+      used += own;
     });
   };
   for_each_part([when](const Effect &one, const ValuesOfAtoms &part) {
     one.put_shared(when, part);
   });
-  exchange->forward_comm(values);
+  if (exchanges.empty()) return;
+  for (PerAtomComm::Values &values : exchanges) exchange->forward_comm(values);
   for_each_part([when](Effect &one, const ValuesOfAtoms &part) {
     one.set_shared(when, part);
   });
@@ -287,9 +290,7 @@ void PairHistories::end_far_bonds()
   if (!rules.has_history()) return;
   for (size_t n = 0; n < far.size(); n++) {
     const FarBond &bond = far[n];
-    const double growth = lists.growth_of(bond.i, bond.i);
-    const double sum_radii = growth * (atom->radius[bond.i] + bond.radius);
-    const double rest = rules.of_ended(sum_radii, bond.cutoff).deq / growth;
+    const double rest = rules.of_ended(atom->radius[bond.i] + bond.radius, bond.cutoff).deq;
     journal.push_back({bond.i, -1, (tagint) bond.partner, rest,
                        bond.at_dlim ? PairEvent::ENDED : PairEvent::FAILED});
     if (keeps_events && atom->tag[bond.i] < bond.partner)
@@ -450,14 +451,13 @@ int64_t PairHistories::find_far()
     }
     const int index = coefficients.index(atom->type[i], partner.type);
     const PairLaw &law = coefficients.law(index);
-    const double growth = lists.growth_of(i, i),
-                 deq = growth * bond.deq;    // its partner may be anywhere
-    const double dlim = law.row.alpha * growth * (atom->radius[i] + partner.radius);
-    const Span span = rules.of_bond(deq, dlim);
+    const double dlim = law.row.alpha * (atom->radius[i] + partner.radius);
+    const Span span = rules.of_bond(bond.deq, dlim);
     const double limit = rules.plastic ? lists.limit_of(law.own_limit, i, partner.value) : 0.0;
-    far.push_back(
-        {i, (tagint) bond.partner, deq, partner.radius, span.cutoff, !(span.cutoff < dlim),
-         law.state(span.cutoff / deq, {1.0 / deq, rules.flow_of_bonds(), limit, span.cutoff})});
+    far.push_back({i, (tagint) bond.partner, bond.deq, partner.radius, span.cutoff,
+                   !(span.cutoff < dlim),
+                   law.state(span.cutoff / bond.deq,
+                             {1.0 / bond.deq, rules.flow_of_bonds(), limit, span.cutoff})});
     if (!keeps_events) return;
     double from[3], image[3];
     place.store(from);
