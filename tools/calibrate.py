@@ -43,7 +43,7 @@ from evp.report import command_line, errors_in_one_line, positive, print_table, 
 from evp.run import lammps_command
 from evp.run_table import Table
 
-HEAT = {"conductivity": (1, 1), "capacity": (1, 1), "soften": (2, 4), "melt": (1, 1), "rate": (1, 2)}  # keywords: fewest and most numbers
+HEAT = {"conductivity": (1, 1), "capacity": (1, 1), "soften": (2, 4), "melt": (1, 1), "rate": (1, 2), "expansion": (2, 2)}  # keywords: fewest and most numbers
 
 
 def parser():
@@ -64,7 +64,7 @@ def parser():
     top.add_argument("--rate", type=value_at, action="append", default=[], metavar="OVERSTRESS@RATE",
                      help="stress above the rate-independent one [Pa] at a strain rate [1/s]")
     top.add_argument("--heat", type=heat_of, default={}, metavar="KEYWORDS",
-                     help="keywords of the row for fix evp/heat: conductivity K capacity CP [soften TREF TMELT [M [FLOOR]]] [melt L] [rate [C] RATE0]")
+                     help="keywords of the row for fix evp/heat: conductivity K capacity CP [soften TREF TMELT [M [FLOOR]]] [melt L] [rate [C] RATE0] [expansion ALPHA TREF]")
     top.add_argument("--density", type=positive, required=True, help="of the solid [kg/m3]")
     top.add_argument("--name", required=True, help="of the row")
     top.add_argument("--out", type=target_file, required=True, metavar="FILE", help="potential file to append to; made where there is none")
@@ -93,7 +93,7 @@ def heat_of(text):
         found[words[k]] = [float(word) for word in words[k + 1 : end]]
         least, most = HEAT.get(words[k], (0, 0))
         if not least <= len(found[words[k]]) <= most or most == 0:
-            raise argparse.ArgumentTypeError(f"expected some of conductivity K capacity CP soften TREF TMELT M [FLOOR] melt L rate C RATE0, got {text}")
+            raise argparse.ArgumentTypeError(f"expected some of conductivity K capacity CP soften TREF TMELT M [FLOOR] melt L rate C RATE0 expansion ALPHA TREF, got {text}")
         if min(found[words[k]]) < 0.0 or (0.0 in found[words[k]] and words[k] != "soften"):
             raise argparse.ArgumentTypeError(f"the numbers of {words[k]} must be positive, got {text}")
     if keys[:1] != [0]:

@@ -133,7 +133,7 @@ def test_input_script_runs_as_it_stands(tmp_path):
 
 
 def test_heat_howto_runs_as_it_stands(tmp_path):
-    """Both input scripts, on the body of the page: temperatures are those of the page, near its formulas, and the heat account closes."""
+    """All input scripts, on the body of the page: temperatures are those of the page, near its formulas, and the heat account closes."""
     page = doc_blocks.read(HEAT)
     doc_blocks.prepare(tmp_path)
     doc_blocks.run(block_of(HEAT, "in.specimen -var n 500").commands(), tmp_path)
@@ -143,6 +143,9 @@ def test_heat_howto_runs_as_it_stands(tmp_path):
     assert means[0] - 293 == pytest.approx(float(re.search(r"formula above gives ([\d.]+) K", page)[1]), rel=0.06)
     assert cooled["c_mean"][-1] == pytest.approx(float(re.search(r"mean temperature is ([\d.]+) K", page)[1]), abs=0.1)
     assert cooled["c_mean"][-1] == pytest.approx(float(re.search(r"= ([\d.]+) K\.", page)[1]), abs=1.0)
+    held = run_lammps(block_of(HEAT, "expansion 2.3e-5 293").text, 1, {}, tmp_path).ok().stdout
+    stresses = [float(value) for value in re.search(r"prints (-[\d.]+) MPa when heated and (-[\d.]+) MPa when pressed", page).groups()]
+    assert [1e-6 * float(value) for value in re.findall(r"^(?:heated by 50 K|pressed by 50 ALPHA): (\S+) Pa", held, re.M)] == pytest.approx(stresses, abs=0.06)
     for thermo in (stretched, cooled):
         assert abs(thermo["f_heat"]).max() < 1e-9 * max(abs(thermo["f_heat[1]" if thermo is stretched else "f_heat[2]"]))
 

@@ -109,7 +109,7 @@ ROW = "# UNITS: si\ntaken 80 8 4 3 8 4 0.005 0 1.5\n"
     ({"--body": "bar.data", "--seed": "2"}, "--seed is that of the cylinder: leave it out with --body"),
     ({"--body": "bar.data", "--rate": "5e6@100"}, "--rate: not with --body"),
     ({"--rate": ["5e6@100", "6e6@10000"]}, "5e+06 Pa at 100/s and 6e+06 Pa at 10000/s are not linear in the rate"),
-    ({"--heat": "conductivity 1 2"}, "argument --heat: expected some of conductivity K capacity CP soften TREF TMELT M [FLOOR] melt L rate C RATE0"),
+    ({"--heat": "conductivity 1 2"}, "argument --heat: expected some of conductivity K capacity CP soften TREF TMELT M [FLOOR] melt L rate C RATE0 expansion ALPHA TREF"),
     ({"--heat": "conductivity 1 capacity 2 conductivity 1"}, "argument --heat: conductivity is given twice"),
     ({"--heat": "293 conductivity 1"}, "argument --heat: begins with a keyword"),
     ({"--heat": "soften 293 775"}, "soften of --heat needs TREF TMELT M"),

@@ -100,9 +100,9 @@ struct Cloud {
     }
     for (const EVP::Row &row : rows) laws.emplace_back(row);
     lists.nlocal = lists.nall = n;
-    lists.bonds.clear(EVP::BOND_MARGIN, plastic ? EVP::Flow::STAYS : EVP::Flow::FORGETS);
+    lists.bonds.clear(EVP::BOND_MARGIN, plastic ? EVP::Flow::PLASTIC : EVP::Flow::REVERSIBLE);
     lists.contacts.clear(EVP::NEW_PAIR_MARGIN,
-                         plastic ? EVP::Flow::COMPRESSES : EVP::Flow::FORGETS);
+                         plastic ? EVP::Flow::PLASTIC_CONTACT : EVP::Flow::REVERSIBLE);
     const double range = plastic ? 0.06 : 0.04;
     for (EVP::PairList *list : {&lists.bonds, &lists.contacts})
       for (int i = 0; i < n; i++) {

@@ -43,11 +43,11 @@ const std::vector<std::vector<Row>> LAWS = {
     {with_exponents(9, 5, 9, 5), scaled(with_exponents(9, 5, 9, 5), 0.5, 0.3)}};
 
 struct PairResult {
-  double force, damping, elastic, forgotten, at_cutoff, potential, inv_deq_next, spent;
+  double force, damping, elastic, second, at_cutoff, potential, inv_deq_next, spent;
   friend bool operator==(const PairResult &a, const PairResult &b)
   {
     return a.force == b.force && a.damping == b.damping && a.elastic == b.elastic &&
-        a.forgotten == b.forgotten && a.at_cutoff == b.at_cutoff && a.potential == b.potential &&
+        a.second == b.second && a.at_cutoff == b.at_cutoff && a.potential == b.potential &&
         a.inv_deq_next == b.inv_deq_next && a.spent == b.spent;
   }
 };
@@ -69,7 +69,7 @@ struct Saved final : PairConsumer {
     for (int k = 0; k < block.n; k++) {
       const bool moves = block.flow.any_flow && *block.flow.any_flow;
       pairs.push_back({block.force[k], damping ? block.damping[k] : 0.0, block.elastic[k],
-                       block.forgotten[k], block.at_cutoff[k], block.potential[k],
+                       block.second[k], block.at_cutoff[k], block.potential[k],
                        moves ? block.flow.inv_deq_next[k] : block.inv_deq[k],
                        moves ? block.flow.dissipated[k] : 0.0});
     }
@@ -107,7 +107,7 @@ struct Expected {
       const PairLaw &law = cloud.laws[p.law];
       const Row &row = law.row;
       const PairState now = law.state(p.ratio(), p);
-      const bool is_past = p.is_past_cutoff(), flows = p.flow != Flow::FORGETS;
+      const bool is_past = p.is_past_cutoff(), flows = p.flow != Flow::REVERSIBLE;
       PairResult pair = {};
       if (is_past)
         past.push_back(p.index);
@@ -121,7 +121,7 @@ struct Expected {
         beyond_limit += flows ? now.dissipated > 0.0 : now.regime == 2;
       }
       pair.elastic = now.stored.elastic;
-      pair.forgotten = now.stored.forgotten;
+      pair.second = now.stored.second;
       if (!flows) pair.at_cutoff = law.state(p.cut * p.inv_deq, {1.0}).stored.total();
       if (!is_past || (flows && incremental)) pair.potential = now.stored.total() - pair.at_cutoff;
       pair.inv_deq_next = p.inv_deq;
@@ -161,9 +161,9 @@ struct Expected {
     }
     const double inside = p.is_past_cutoff() ? 0.0 : w;
     (p.is_bond ? work.elastic : work.contacts) += inside * pair.elastic;
-    (p.is_bond ? work.forgotten : work.contacts) += inside * pair.forgotten;
+    (p.is_bond ? work.second : work.contacts) += inside * pair.second;
     if (p.is_bond)
-      work.past_cutoff += (w - inside) * (pair.elastic + pair.forgotten);
+      work.past_cutoff += (w - inside) * (pair.elastic + pair.second);
     else
       work.contacts_at_cutoff += inside * pair.at_cutoff;
     work.plastic += w * pair.spent;
@@ -177,7 +177,7 @@ struct Expected {
       SCOPED_TRACE("pair " + std::to_string(k));
       for (const auto value : {&PairResult::force, &PairResult::damping})
         EXPECT_NEAR(now.*value, law.*value, ROUND_OFF * scales[k].force);
-      for (const auto value : {&PairResult::elastic, &PairResult::forgotten, &PairResult::at_cutoff,
+      for (const auto value : {&PairResult::elastic, &PairResult::second, &PairResult::at_cutoff,
                                &PairResult::potential, &PairResult::spent})
         EXPECT_NEAR(now.*value, law.*value, ROUND_OFF * scales[k].energy);
       EXPECT_NEAR(now.inv_deq_next, law.inv_deq_next, 1e-15 * law.inv_deq_next);
@@ -237,11 +237,11 @@ TEST(Kernel, EqualsTheLawAtAllDistances)
 {
   int gaps = 0, returned = 0, flowed = 0, past = 0;
   for (const Row &row : {TABLE2, thinning(TABLE2), thinning(with_exponents(7.5, 3.2, 7.5, 3.2))})
-    for (const Flow flow : {Flow::FORGETS, Flow::STAYS, Flow::COMPRESSES})
+    for (const Flow flow : {Flow::REVERSIBLE, Flow::PLASTIC, Flow::PLASTIC_CONTACT})
       for (const double cutoff : {1.0, 1.02, 1.5})
         for (const double limit : {0.0, 0.001, 0.005, 0.05}) {
           const double deq = 0.00973;
-          const bool is_contact = flow == Flow::COMPRESSES;
+          const bool is_contact = flow == Flow::PLASTIC_CONTACT;
           SCOPED_TRACE(name_of(row) + "flow " + std::to_string((int) flow) + ", cutoff " +
                        std::to_string(cutoff) + ", limit " + std::to_string(limit));
           Vectors x = {{0, 0, 0}};
@@ -255,7 +255,7 @@ TEST(Kernel, EqualsTheLawAtAllDistances)
           PairList list(!is_contact);
           list.clear(is_contact ? 0.0 : BOND_MARGIN, flow);
           add_row(list, 0, pairs);
-          if (list.stays()) std::fill(list.limit.begin(), list.limit.end(), limit);
+          if (list.is_plastic()) std::fill(list.limit.begin(), list.limit.end(), limit);
 
           const PairLaw law(row);
           BlockLaw block_law;
@@ -275,8 +275,8 @@ TEST(Kernel, EqualsTheLawAtAllDistances)
             EXPECT_NEAR(in_loop.force, p.acts() ? now.force / p.distance() : 0.0,
                         off / (deq * deq));
             EXPECT_NEAR(in_loop.elastic, now.stored.elastic, off);
-            EXPECT_NEAR(in_loop.forgotten, now.stored.forgotten, off);
-            if (flow == Flow::FORGETS) return;
+            EXPECT_NEAR(in_loop.second, now.stored.second, off);
+            if (flow == Flow::REVERSIBLE) return;
             EXPECT_NEAR(in_loop.spent, now.dissipated, off);
             EXPECT_NEAR(in_loop.inv_deq_next, now.inv_deq, 1e-15 * now.inv_deq);
             EXPECT_EQ(in_loop.inv_deq_next == p.inv_deq, now.inv_deq == p.inv_deq);
@@ -327,7 +327,7 @@ TEST(Kernel, FindsPairsThatMeetAndThoseThatAreApart)
       Vectors f(ALL, {0, 0, 0});
       begins.clear();
       cloud.add_forces(list, false, ALL, f, {&begins});
-      if (!list.are_bonds && !list.stays()) return;    // blocks without a force are left out
+      if (!list.are_bonds && !list.is_plastic()) return;    // blocks without a force are left out
       EXPECT_EQ(begins.found, found);
       EXPECT_EQ(begins.released, released);
       EXPECT_EQ(begins.entered, entered);
@@ -409,7 +409,7 @@ TEST(Kernel, RoundOffAtTheCutoffDecidesNothing)
         const double x[2][3] = {{0, 0, 0}, {d, 0, 0}};
         Vectors f(2, {0, 0, 0});
         PairList list(is_bond);
-        list.clear(is_bond ? BOND_MARGIN : NEW_PAIR_MARGIN, Flow::FORGETS);
+        list.clear(is_bond ? BOND_MARGIN : NEW_PAIR_MARGIN, Flow::REVERSIBLE);
         add_row(list, 0, {{1, 1.0, cutoff}});
         EXPECT_NEAR(list.pair(0).cut, cutoff, 4 * EPSILON * cutoff);
         BlockLaw law;
@@ -470,12 +470,12 @@ TEST(PairWork, SumsWhatTheLawSaysAndSeparatesForces)
           }
           using Sums = PairWork::Sums;
           const Sums found = work.sums();
-          for (const auto value : {&Sums::elastic, &Sums::forgotten, &Sums::contacts,
+          for (const auto value : {&Sums::elastic, &Sums::second, &Sums::contacts,
                                    &Sums::contacts_at_cutoff, &Sums::past_cutoff, &Sums::plastic})
             EXPECT_NEAR(found.*value, bonds.work.*value + contacts.work.*value,
                         ROUND_OFF * (bonds.energy_scale + contacts.energy_scale));
           EXPECT_EQ(found.plastic > 0.0, plastic);
-          EXPECT_EQ(found.forgotten > 0.0, !plastic);
+          EXPECT_EQ(found.second > 0.0, !plastic);
           EXPECT_GT(found.past_cutoff, 0.0);
           for (int c = 0; c < 6; c++) {
             const double off = ROUND_OFF * (bonds.virial_scale + contacts.virial_scale);

@@ -93,8 +93,8 @@ TEST(PairList, WithoutFlowThereIsNoRoomForIt)
   Cloud cloud({TABLE2}, 600, true);
   PairList &list = cloud.lists.bonds;
   const double with_flow = list.memory_usage();
-  EXPECT_TRUE(list.pair(1).flow == Flow::STAYS);
-  list.clear(BOND_MARGIN, Flow::FORGETS);
+  EXPECT_TRUE(list.pair(1).flow == Flow::PLASTIC);
+  list.clear(BOND_MARGIN, Flow::REVERSIBLE);
   EXPECT_EQ(list.size(), 0u);
   EXPECT_TRUE(list.make_room(600));
   for (const auto *values : {&list.inv_deq_next, &list.dissipated})
@@ -149,8 +149,8 @@ TEST(PairRules, SayWherePairsAreAtRestAndHowFarTheyAct)
     EXPECT_EQ(rules.of_bond(DEQ, DLIM).deq, DEQ);
     EXPECT_EQ(rules.of_bond(DEQ, DLIM).cutoff, DLIM);
     EXPECT_FALSE(rules.has_history());
-    EXPECT_TRUE(rules.flow_of_bonds() == Flow::FORGETS &&
-                rules.flow_of_contacts() == Flow::FORGETS);
+    EXPECT_TRUE(rules.flow_of_bonds() == Flow::REVERSIBLE &&
+                rules.flow_of_contacts() == Flow::REVERSIBLE);
     rules.break_strain = 0.1;
     EXPECT_EQ(rules.of_bond(DEQ, DLIM).cutoff, 1.1 * DEQ);
     EXPECT_EQ(rules.of_bond(2.9, DLIM).cutoff, DLIM);
@@ -166,7 +166,7 @@ TEST(PairRules, SayWherePairsAreAtRestAndHowFarTheyAct)
     // it is like any other once it has been beyond R_i + R_j
     EXPECT_EQ(rules.of_ended(SUM, 1.5).deq, 1.5);
     EXPECT_EQ(rules.of_ended(SUM, 1.5).cutoff, contact == Contact::NONE ? 0.0 : SUM);
-    EXPECT_TRUE(rules.flow_of_bonds() == Flow::STAYS &&
-                rules.flow_of_contacts() == Flow::COMPRESSES);
+    EXPECT_TRUE(rules.flow_of_bonds() == Flow::PLASTIC &&
+                rules.flow_of_contacts() == Flow::PLASTIC_CONTACT);
   }
 }

@@ -178,8 +178,8 @@ TEST(ParseRow, RefusesWhatIsNoRow)
       {"80 200 4 3 8 4 0.999 0 1.5", "overflow"},    // (1 - xi_s)^-(m+1) = 1e603 when compressed
       {"1e308 8 4 3 8 4 0.005 0 1.5", "overflow"},
       {TABLE1 + " pitch 1", "unknown keyword 'pitch'", "after its 9 values",
-       "spacing, coordination, kv, density, conductivity, capacity, soften, melt, rate, expansion, flow, "
-       "limit, bonds"},
+       "spacing, coordination, kv, density, conductivity, capacity, soften, melt, rate, "
+       "expansion, flow, limit, bonds"},
       {TABLE1 + " limit", "keyword limit of a row takes the word own"},
       {TABLE1 + " limit 3", "keyword limit of a row takes the word own"},
       {TABLE1 + " bonds", "keyword bonds of a row takes the word thin"},
@@ -209,6 +209,11 @@ TEST(ParseRow, RefusesWhatIsNoRow)
       {TABLE1 + " soften_m 1", "unknown keyword 'soften_m'"},
       {TABLE1 + " rate 0.015", "keyword rate needs a value more: rate_rate0"},
       {TABLE1 + " rate 0.015 0", "rate_rate0 must be positive", "got 0"},
+      {TABLE1 + " expansion 2e-5", "keyword expansion needs a value more: expansion_tref"},
+      {TABLE1 + " expansion -2e-5 293", "expansion must be positive", "got -2e-05"},
+      {TABLE1 + " expansion 0 293", "expansion must be positive", "got 0"},
+      {TABLE1 + " expansion 2e-5 -1", "expansion_tref must be a temperature of 0 or more",
+       "got -1"},
       {TABLE1 + " melt 4e5", "melt needs soften TREF TMELT M in front of it"},
       {TABLE1 + " kv 1e101", "kv must lie between 0 and 1e100", "got 1e+101"}};
   for (const auto &one : cases) expect_bad_row(one[0], {one.begin() + 1, one.end()});
@@ -223,13 +228,13 @@ TEST(ParseRow, RefusesWhatIsNoRow)
 TEST(ParseRow, RefusesAKeywordThatIsGivenTwice)
 {
   const std::string every = " spacing 0.01 coordination 12 kv 1 density 2700 conductivity 1 "
-                            "capacity 1 soften 293 775 1 0.1 melt 1 rate 0.01 1 flow 0 1 limit own "
-                            "bonds thin";
+                            "capacity 1 soften 293 775 1 0.1 melt 1 rate 0.01 1 expansion 1e-5 293 "
+                            "flow 0 1 limit own bonds thin";
   EXPECT_NO_THROW(row_of(TABLE1 + every));
-  const std::vector<std::string> again = {"spacing 0.01", "coordination 12", "kv 1",
-                                          "density 2700", "conductivity 1",  "capacity 1",
-                                          "soften 0 1 1", "melt 1",          "rate 1 1",
-                                          "flow 0 1 1 2", "limit own",       "bonds thin"};
+  const std::vector<std::string> again = {
+      "spacing 0.01", "coordination 12", "kv 1",      "density 2700", "conductivity 1",
+      "capacity 1",   "soften 0 1 1",    "melt 1",    "rate 1 1",     "expansion 1e-5 0",
+      "flow 0 1 1 2", "limit own",       "bonds thin"};
   for (const std::string &words : again)
     expect_bad_row(TABLE1 + every + " " + words,
                    {"keyword " + words.substr(0, words.find(' ')) + " of a row is given twice"});
@@ -274,6 +279,7 @@ TEST(RowText, IsReadAsTheSameRow)
   for (const std::string words :
        {"", " kv 0.1", " kv 0.1 limit own", " kv 0.1 bonds thin", " rate 0.015 1",
         " conductivity 120 capacity 875 soften 0 775 1 0.02 melt 400000",
+        " rate 0.015 1 expansion 2.3e-05 293", " expansion 2.3e-05 0",
         " spacing 0.00442 coordination 11.9 density 2700 flow 0 1 0.1 "
         "1.5 0.30000000000000004 0.5"}) {
     const std::string text = "0.1 8 4 0.30000000000000004 8 4 0.005 0 1.5" + words;
@@ -382,13 +388,12 @@ TEST(BondText, ReadsBackToTheLastBit)
 
 TEST(BondReader, ReadsHeaderAndSpheresBackToTheLastBit)
 {
-  const EVP::SphereLine one = {7,
-                               {1.0 / 3.0, 0.1 + 0.2, 1e-9, 12, 13, -1.0 / 3.0, 0.7, 0.125, 2}};
+  const EVP::SphereLine one = {7, {1.0 / 3.0, 0.1 + 0.2, 1e-9, 12, 13, -1.0 / 3.0, 0.7, 0.125, 2}};
   EVP::SphereLine other = one;
   other.id = 9;
-  std::istringstream stream(EVP::bond_header({1, EVP::BodyRule::TYPE, 1.3, 0, 2, {5, 3}, {}, {}, SPHERE_COLUMNS}, "si") +
-                            "\n" + EVP::sphere_text(one) + EVP::bond_text({1, 2, 0.01}) +
-                            EVP::sphere_text(other));
+  std::istringstream stream(
+      EVP::bond_header({1, EVP::BodyRule::TYPE, 1.3, 0, 2, {5, 3}, {}, {}, SPHERE_COLUMNS}, "si") +
+      "\n" + EVP::sphere_text(one) + EVP::bond_text({1, 2, 0.01}) + EVP::sphere_text(other));
   EVP::BondReader reader(stream, "body.bonds", "si");
   std::vector<BondLine> bonds;
   std::vector<EVP::SphereLine> spheres;
@@ -460,8 +465,8 @@ TEST(BondReader, NamesLineCauseAndFileOfEachDamage)
        "at least 1, got '0'"},
       {header_of_spheres(1) + "sphere 1 nan 0 0 0 0 0 0 1 1\n",
        "line 2: plastic_strain must be a finite"},
-      {header_of_spheres(1) + "sphere 1 0 0 0 3.7 0 0 0 1 1\n",
-       "bonds must be a whole number", "got 3.7"},
+      {header_of_spheres(1) + "sphere 1 0 0 0 3.7 0 0 0 1 1\n", "bonds must be a whole number",
+       "got 3.7"},
       {header_of_spheres(1) + "sphere 1 0 0 0 0 0 0 -1 1 1\n",
        "share must be zero or positive, got -1"},
       {header_of_spheres(1) + "sphere 1 0 0 0 0 0 0 0 1 0.5\n",

@@ -99,7 +99,7 @@ class OnePair {
 
   OnePair(const Row &row, bool is_contact) : list(is_contact ? lists.contacts : lists.bonds)
   {
-    list.clear(0.0, is_contact ? Flow::COMPRESSES : Flow::STAYS);
+    list.clear(0.0, is_contact ? Flow::PLASTIC_CONTACT : Flow::PLASTIC);
     add_row(list, 0, {{1, is_contact ? SUM_RADII : 1.0, is_contact ? SUM_RADII : CUTOFF}});
     law.assign({PairLaw(row)}, {0}, list.flow());
     sums.reset(2);
@@ -198,7 +198,7 @@ TEST(Plasticity, IncrementsOfAnySizeOneWayDoTheSame)
     for (const double end : {-0.9, -0.13, 0.1, 3.0}) {
       SCOPED_TRACE(name_of(row));
       const PairLaw law(row);
-      const PairState at_once = law.state(1.0 + end, {1.0, Flow::STAYS, 0.01, CUTOFF});
+      const PairState at_once = law.state(1.0 + end, {1.0, Flow::PLASTIC, 0.01, CUTOFF});
       EXPECT_EQ(at_once.regime, 2);
       for (const int steps : {2, 7, 300}) {
         double inv_deq = 1.0, dissipated = 0.0, strain = 0.0;
@@ -206,7 +206,7 @@ TEST(Plasticity, IncrementsOfAnySizeOneWayDoTheSame)
           strain = step == steps ? end
                                  : std::min(1.0, strain / end + 2.0 * unit(random) / steps) * end;
           const PairState now =
-              law.state((1.0 + strain) * inv_deq, {inv_deq, Flow::STAYS, 0.01, CUTOFF});
+              law.state((1.0 + strain) * inv_deq, {inv_deq, Flow::PLASTIC, 0.01, CUTOFF});
           inv_deq = now.inv_deq;
           dissipated += now.dissipated;
         }

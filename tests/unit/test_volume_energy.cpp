@@ -33,7 +33,7 @@ struct Volume {
   {
     const int n = (int) cloud.x.size();
     std::vector<EVP::NeighborDensity> now(n, EVP::NeighborDensity{});
-    for (EVP::PairList &list : pairs) list.clear(EVP::BOND_MARGIN, EVP::Flow::FORGETS);
+    for (EVP::PairList &list : pairs) list.clear(EVP::BOND_MARGIN, EVP::Flow::REVERSIBLE);
     for (int i = 0; i < n; i++) {
       std::vector<Pair> rows[2];
       for (int j = i + 1; j < n; j++) {

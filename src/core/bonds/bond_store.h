@@ -356,7 +356,7 @@ class BondStore {
   const std::vector<Remembered> &remembered_of(int i) const { return remembered[i]; }
 
   /// Bonds that began count as others from now on: their spheres have taken references of all.
-  void forget_joined()
+  void clear_joined()
   {
     for (auto &own : remembered)
       own.erase(std::remove_if(own.begin(), own.end(),
@@ -651,7 +651,7 @@ class BondStore {
     words.erase(name);
     note_own_groups();
     if (!has_history()) remembered.clear();
-    if (noted_joined) forget_joined();
+    if (noted_joined) clear_joined();
   }
   void note_own_groups()
   {

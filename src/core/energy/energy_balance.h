@@ -22,7 +22,7 @@ class PairWork final : public PairConsumer {
   /// only, to be added over MPI ranks [energy].
   struct Sums {
     /// Of bonds within their cutoffs, see Stored; where bonds end of all.
-    double elastic, forgotten;
+    double elastic, second;
     double contacts;              ///< of contacts within theirs
     double contacts_at_cutoff;    ///< what these have there: maybe thousands of times more
     double past_cutoff;           ///< of bonds past theirs, where they come back
@@ -32,12 +32,12 @@ class PairWork final : public PairConsumer {
   };
   Sums sums() const
   {
-    const Stored beyond = bonds_end ? beyond_list.held : Stored{};    // until they end
+    const Stored beyond = bonds_end ? beyond_list.stored : Stored{};    // until they end
     return {found.elastic.total() - ended_now.elastic + beyond.elastic,
-            found.forgotten.total() - ended_now.forgotten + beyond.forgotten,
+            found.second.total() - ended_now.second + beyond.second,
             found.contacts.total(),
             found.contacts_at_cutoff.total(),
-            bonds_end ? 0.0 : found.past_cutoff.total() + beyond_list.held.total(),
+            bonds_end ? 0.0 : found.past_cutoff.total() + beyond_list.stored.total(),
             ended,
             found.plastic.total() + dissipated_apart,
             grown};
@@ -48,12 +48,12 @@ class PairWork final : public PairConsumer {
 
   /// Bonds past the end of the list: stored, and dissipated on the way there [energy].
   struct BeyondList {
-    Stored held;
+    Stored stored;
     double dissipated;
   } beyond_list{};
   void end_beyond_list()
   {
-    ended += beyond_list.held.total();
+    ended += beyond_list.stored.total();
     beyond_list = {};
   }
 
@@ -62,7 +62,7 @@ class PairWork final : public PairConsumer {
   {
     ended += share * stored.total();
     ended_now.elastic += share * stored.elastic;
-    ended_now.forgotten += share * stored.forgotten;
+    ended_now.second += share * stored.second;
   }
 
   /// Dissipated at fixed distances, before the forces to come [energy].
@@ -133,7 +133,7 @@ class PairWork final : public PairConsumer {
 
  private:
   struct LaneSums {
-    LaneSum elastic, forgotten, contacts, contacts_at_cutoff, past_cutoff, plastic;
+    LaneSum elastic, second, contacts, contacts_at_cutoff, past_cutoff, plastic;
   };
   bool evaluated = false;
   int nreact = 0;
@@ -176,14 +176,14 @@ class PairWork final : public PairConsumer {
                                });
                            };
       add(are_bonds ? found.elastic : found.contacts, inside, block.elastic);
-      add(are_bonds ? found.forgotten : found.contacts, inside, block.forgotten);
+      add(are_bonds ? found.second : found.contacts, inside, block.second);
       if (!are_bonds) add(found.contacts_at_cutoff, inside, block.at_cutoff);
       if (block.flow.any_flow && *block.flow.any_flow)
         add(found.plastic, weight, block.flow.dissipated);
     });
     if (!are_bonds || past == 0) return;
     for (int k = 0; k < n; k++) weight[k] -= inside[k];
-    for (const double *terms : {block.elastic, block.forgotten})
+    for (const double *terms : {block.elastic, block.second})
       found.past_cutoff.add(n, [&](int k) {
         return weight[k] * terms[k];
       });

@@ -12,9 +12,9 @@ namespace EVP {
 
 /// How a pair flows beyond its elastic limit.
 enum class Flow {
-  FORGETS,      ///< eq. 8: what flows is stored, and comes back
-  STAYS,        ///< plasticity isotropic: deq moves
-  COMPRESSES    ///< the same of a contact, which only repels
+  REVERSIBLE,        ///< eq. 8: what flows is stored, and comes back
+  PLASTIC,           ///< plasticity isotropic: deq moves
+  PLASTIC_CONTACT    ///< the same of a contact, which only repels
 };
 
 /// With plasticity a pair is at its limit from this share of it on. Limits move on in steps of time, and a pair that flows
@@ -42,8 +42,8 @@ inline double log_of_ratio(double a, double b)
 
 /// What a pair holds above its energy at deq [energy]: by its elastic strain, and with eq. 8 by flow that it forgets.
 struct Stored {
-  double elastic, forgotten;
-  double total() const { return elastic + forgotten; }
+  double elastic, second;
+  double total() const { return elastic + second; }
 };
 
 /// One regime of a pair (eqs. 1 and 2): energies, and forces times deq, at a strain with s = deq/d = 1/(1 + strain).
@@ -223,7 +223,7 @@ template <class Powers> class Law {
 /// What the law reads of a pair beside its distance.
 struct PairVariables {
   double inv_deq;    ///< 1/deq [1/length]
-  Flow flow = Flow::FORGETS;
+  Flow flow = Flow::REVERSIBLE;
   double limit = 0.0;    ///< how far it holds, where flow stays
   double cut =
       0.0;    ///< distance beyond which nothing acts; of bonds that thin it gives R_i + R_j [length]
@@ -257,9 +257,9 @@ class PairLaw : public Law<AnyPowers> {
   /// At r = d/deq; past its cutoff a pair is at r = cut/deq.
   PairState state(double r, const PairVariables &pair) const
   {
-    PairState now = pair.flow == Flow::FORGETS ? state_forgetting(r)
-        : pair.flow == Flow::STAYS             ? state_flowing<false>(r, pair)
-                                               : state_flowing<true>(r, pair);
+    PairState now = pair.flow == Flow::REVERSIBLE ? state_reversible(r)
+        : pair.flow == Flow::PLASTIC              ? state_flowing<false>(r, pair)
+                                                  : state_flowing<true>(r, pair);
     now.inv_deq *= pair.inv_deq;
     const double per_square = now.inv_deq * now.inv_deq;
     now.stiffness_ahead = std::max(now.stiffness, now.stiffness_ahead) * per_square;
@@ -275,7 +275,7 @@ class PairLaw : public Law<AnyPowers> {
   }
 
  private:
-  PairState state_forgetting(double r) const
+  PairState state_reversible(double r) const
   {
     PairState now{};
     now.inv_deq = 1.0;

@@ -61,8 +61,8 @@ struct PairRules {
   /// Do bonds flow, or end?
   bool has_history() const { return plastic || breaks(); }
 
-  Flow flow_of_bonds() const { return plastic ? Flow::STAYS : Flow::FORGETS; }
-  Flow flow_of_contacts() const { return plastic ? Flow::COMPRESSES : Flow::FORGETS; }
+  Flow flow_of_bonds() const { return plastic ? Flow::PLASTIC : Flow::REVERSIBLE; }
+  Flow flow_of_contacts() const { return plastic ? Flow::PLASTIC_CONTACT : Flow::REVERSIBLE; }
 
   /// dlim: alpha (R_i + R_j).
   Span of_bond(double deq, double dlim) const

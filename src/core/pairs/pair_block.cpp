@@ -36,7 +36,7 @@ namespace {
 
   /// Pairs that forget their flow (eq. 8).
   template <class Powers, bool Many, bool Damping, bool Stored>
-  EVP_INLINE void evaluate_forgetting(const Laws<Powers> &all, PairBlock &block)
+  EVP_INLINE void evaluate_reversible(const Laws<Powers> &all, PairBlock &block)
   {
     const double *const inv_deq = block.inv_deq, *const cutsq = block.cutsq;
     const double to_cutoff = 1.0 / (1.0 + block.margin);    // cutoff_of() would divide again
@@ -60,7 +60,7 @@ namespace {
       if constexpr (Stored) {
         const auto now = c.stored(at, s);
         block.elastic[k] = now.elastic;
-        block.forgotten[k] = now.forgotten;
+        block.second[k] = now.second;
       }
     }
   }
@@ -107,7 +107,7 @@ namespace {
       thinning += (int) (radii > 0.0);
       if constexpr (Stored) {
         block.elastic[k] = now.stored;
-        block.forgotten[k] = 0.0;
+        block.second[k] = 0.0;
       }
     }
     *flow.any_flow = moves > 0;
@@ -136,11 +136,11 @@ namespace {
     }
   }
 
-  /// Fills block.potential from what the pairs store. find_stored(block): fills elastic and forgotten.
+  /// Fills block.potential from what the pairs store. find_stored(block): fills elastic and second.
   template <Flow Kind, class F>
   void find_potential(PairBlock &block, bool incremental, F &&find_stored)
   {
-    if constexpr (Kind != Flow::FORGETS) {
+    if constexpr (Kind != Flow::REVERSIBLE) {
       for (int k = 0; k < block.n; k++) {
         block.at_cutoff[k] = 0.0;
         block.potential[k] =
@@ -168,8 +168,8 @@ namespace {
       call_vectorized([&, n, cutsq]() EVP_KERNEL {
         EVP_INDEPENDENT
         for (int k = 0; k < n; k++) {
-          const double there = at_cutoff.elastic[k] + at_cutoff.forgotten[k];
-          const double above = (block.elastic[k] + block.forgotten[k]) - there;
+          const double there = at_cutoff.elastic[k] + at_cutoff.second[k];
+          const double above = (block.elastic[k] + block.second[k]) - there;
           block.at_cutoff[k] = there;
           block.potential[k] = block.distance_squared(k) > cutsq[k] ? 0.0 : above;
         }
@@ -186,10 +186,10 @@ namespace {
       const auto find = [this](PairBlock &of, auto damping, auto stored) {
         constexpr bool Damping = decltype(damping)::value, Stored = decltype(stored)::value;
         const auto run = [&]() EVP_KERNEL {
-          if constexpr (Kind == Flow::FORGETS)
-            evaluate_forgetting<Powers, Many, Damping, Stored>(all, of);
+          if constexpr (Kind == Flow::REVERSIBLE)
+            evaluate_reversible<Powers, Many, Damping, Stored>(all, of);
           else
-            evaluate_flowing<Powers, Many, Kind == Flow::COMPRESSES, Damping, Stored>(all, of);
+            evaluate_flowing<Powers, Many, Kind == Flow::PLASTIC_CONTACT, Damping, Stored>(all, of);
         };
         if constexpr (Powers::are_fixed)
           call_vectorized(run);
@@ -215,8 +215,8 @@ namespace {
 // pairs that have no force of their own
 void BlockLaw::without_force(PairBlock &block, const Asked &)
 {
-  for (auto *values : {block.force, block.elastic, block.forgotten, block.at_cutoff,
-                       block.potential, block.damping})
+  for (auto *values :
+       {block.force, block.elastic, block.second, block.at_cutoff, block.potential, block.damping})
     std::fill_n(values, block.n, 0.0);
 }
 
@@ -248,9 +248,10 @@ void BlockLaw::assign(const std::vector<PairLaw> &laws, const std::vector<int> &
       else
         evaluate = Evaluation<Powers, true, kind>{std::move(all)};
     };
-    if (flow == Flow::FORGETS) with_flow(std::integral_constant<Flow, Flow::FORGETS>());
-    if (flow == Flow::STAYS) with_flow(std::integral_constant<Flow, Flow::STAYS>());
-    if (flow == Flow::COMPRESSES) with_flow(std::integral_constant<Flow, Flow::COMPRESSES>());
+    if (flow == Flow::REVERSIBLE) with_flow(std::integral_constant<Flow, Flow::REVERSIBLE>());
+    if (flow == Flow::PLASTIC) with_flow(std::integral_constant<Flow, Flow::PLASTIC>());
+    if (flow == Flow::PLASTIC_CONTACT)
+      with_flow(std::integral_constant<Flow, Flow::PLASTIC_CONTACT>());
   };
   if (common_powers && Powers84::are(row.m1, row.n1))
     choose(Powers84());
@@ -269,7 +270,7 @@ void accumulate_forces(PairList &list, const BlockLaw &law, const ParticleView &
   for_each_block(list, [&](const PairRange &range) {
     asked.damping ? gather<true>(view, range, block) : gather<false>(view, range, block);
     block.flow = list.flow_arrays(range.first);
-    if (!list.are_bonds && !list.stays() && count_past_cutoff(block) == block.n) return;
+    if (!list.are_bonds && !list.is_plastic() && count_past_cutoff(block) == block.n) return;
     law.evaluate(block, asked);
     for (PairConsumer *consumer : consumers) (*consumer)(range, block);
     scatter(range, block, block.force, view.nreact, view.f);

@@ -30,7 +30,7 @@ struct PairBlock {
 
   // results where energies are asked for; damping always
   alignas(64) double elastic[SIZE],
-      forgotten[SIZE];                   ///< see Stored, past the cutoff those at it [energy]
+      second[SIZE];                      ///< see Stored, past the cutoff those at it [energy]
   alignas(64) double at_cutoff[SIZE];    ///< stored at the cutoff; 0 where flow stays [energy]
   alignas(64) double potential[SIZE];    ///< what the force is the slope of [energy]
   alignas(64) double damping[SIZE];      ///< of the force the damping, where there is any
@@ -53,7 +53,7 @@ class BlockLaw {
   struct Asked {
     bool damping = false;      ///< the forces of the damping too
     bool stored = false;       ///< what pairs hold
-    bool potential = false;    ///< stored as well; zero at the cutoff where flow is forgotten
+    bool potential = false;    ///< stored as well; zero at the cutoff where flow is second
     bool incremental =
         false;    ///< the potential holds what the flow dissipates, past the cutoff too
   };

@@ -188,7 +188,7 @@ class PairList {
   size_t size() const { return count; }
   Flow flow() const { return flow_; }
   double cutoff_margin() const { return margin; }
-  bool stays() const { return flow_ != Flow::FORGETS; }
+  bool is_plastic() const { return flow_ != Flow::REVERSIBLE; }
 
   /// margin: of the cutoffs of its pairs.
   void clear(double margin_in, Flow flow_in)
@@ -201,7 +201,7 @@ class PairList {
     margin = margin_in;
     flow_ = flow_in;
     std::fill(any_flow.begin(), any_flow.end(), 0);
-    if (stays()) return;
+    if (is_plastic()) return;
     std::vector<char>().swap(any_flow);
     for (auto *values : {&limit, &inv_deq_next, &dissipated}) std::vector<double>().swap(*values);
   }
@@ -215,7 +215,7 @@ class PairList {
       for (auto *values : {&inv_deq, &cutsq}) values->resize(larger);
       for (auto *values : {&j, &law}) values->resize(larger);
     }
-    if (stays() && count + n > dissipated.size()) {
+    if (is_plastic() && count + n > dissipated.size()) {
       for (auto *values : {&limit, &inv_deq_next, &dissipated}) values->resize(j.size());
       any_flow.resize(j.size() / BLOCK_SIZE + 1);
     }
@@ -251,7 +251,7 @@ class PairList {
   /// The pair with that index.
   PackedPair pair(size_t n) const
   {
-    return {{inv_deq[n], flow_, stays() ? limit[n] : 0.0, cutoff_of(cutsq[n], margin)},
+    return {{inv_deq[n], flow_, is_plastic() ? limit[n] : 0.0, cutoff_of(cutsq[n], margin)},
             cutsq[n],
             j[n],
             law[n],
@@ -262,7 +262,7 @@ class PairList {
   /// Of the block that begins at pair n.
   FlowArrays flow_arrays(size_t n)
   {
-    if (!stays()) return {};
+    if (!is_plastic()) return {};
     return {&limit[n], &inv_deq_next[n], &dissipated[n], &any_flow[n / BLOCK_SIZE]};
   }
 
@@ -348,7 +348,7 @@ class PairList {
  private:
   size_t count = 0;
   double margin = 0.0;
-  Flow flow_ = Flow::FORGETS;
+  Flow flow_ = Flow::REVERSIBLE;
 
   // what keep() leaves of the values, which are empty from then on
   template <class T, class F> static T keep_apart(T &values, F &&keep)
@@ -419,7 +419,7 @@ struct PlacedPair : PackedPair {
   /// Has it a force? A contact that flowed has none from its deq on, where what is left of a bond that ended begins.
   bool acts() const
   {
-    const bool apart = flow == Flow::COMPRESSES && distance() * inv_deq > 1.0 - CONTACT_MARGIN;
+    const bool apart = flow == Flow::PLASTIC_CONTACT && distance() * inv_deq > 1.0 - CONTACT_MARGIN;
     return !is_past_cutoff() && !apart;
   }
   double distance() const { return std::sqrt(g.dsq); }

@@ -177,7 +177,7 @@ struct VolumePasses {
   static void find_active(const PairList &pairs, const ParticleView &view, PairList &active)
   {
     PairBlock block;
-    active.clear(BOND_MARGIN, Flow::FORGETS);
+    active.clear(BOND_MARGIN, Flow::REVERSIBLE);
     for_each_block(pairs, [&](const PairRange &range) {
       gather<false>(view, range, block);
       const int past = call_vectorized([&]() EVP_KERNEL {

@@ -139,9 +139,9 @@ void FixEVPBonds::check_history() const
         "{}: events are those of bonds that end or begin, which the pair_style in force does "
         "not have: give it 'plasticity isotropic' or 'break'",
         who);
-  const bool forgets = (!rules.plastic && bonds->has_flowed(atom->nlocal)) ||
+  const bool loses_history = (!rules.plastic && bonds->has_flowed(atom->nlocal)) ||
       (!rules.has_history() && bonds->counts().ended > 0);
-  if (on_any(forgets, world))
+  if (on_any(loses_history, world))
     error->all(FLERR,
                "{}: bonds have flowed or ended, which this pair_style would forget: give it the "
                "'plasticity' and 'break' that it had",
@@ -300,18 +300,18 @@ void FixEVPBonds::setup_pre_force(int /*vflag*/)
   if (!bonds->has_recorded())
     record();
   else
-    take_new_atoms();
+    record_new_atoms();
 }
 
 void FixEVPBonds::pre_force(int /*vflag*/)
 {
   stepping = true;
-  if (neighbor->ago == 0) take_new_atoms();
+  if (neighbor->ago == 0) record_new_atoms();
   pair_data->histories.begin_step();
 }
 
 // before the forces that see them first
-void FixEVPBonds::take_new_atoms()
+void FixEVPBonds::record_new_atoms()
 {
   if (!takes_new && !pair_data->rules().joins()) return;
   bool any = false;

@@ -100,7 +100,7 @@ class FixEVPBonds : public EVP::WithPerAtomComm<Fix>, public EVP::HasBondStore {
 
   void record();
   void record_from_list(EVP::BondRecording &, const EVP::BondStore *);
-  void take_new_atoms();
+  void record_new_atoms();
   void measure();
   void warn_of_stop(const char *);
   void warn_of_new_atoms();

@@ -52,12 +52,12 @@ bool FixEVPEnergy::begin_run(PairData &pairs)
 }
 
 // a bond of two MPI ranks counts half on each
-void FixEVPEnergy::far_bonds_found(const std::vector<FarBond> &bonds)
+void FixEVPEnergy::unlisted_bonds_found(const std::vector<UnlistedBond> &bonds)
 {
   work.beyond_list = {};
-  for (const FarBond &bond : bonds) {
-    work.beyond_list.held.elastic += 0.5 * bond.state.stored.elastic;
-    work.beyond_list.held.forgotten += 0.5 * bond.state.stored.forgotten;
+  for (const UnlistedBond &bond : bonds) {
+    work.beyond_list.stored.elastic += 0.5 * bond.state.stored.elastic;
+    work.beyond_list.stored.second += 0.5 * bond.state.stored.second;
     work.beyond_list.dissipated += 0.5 * bond.state.dissipated;
   }
 }
@@ -279,7 +279,7 @@ void FixEVPEnergy::sum_up()
   entries[GROWN] = works.grown;
   entries[KINETIC] = last.kinetic - start.kinetic;
   entries[FIRST] = last.pairs.elastic - start.pairs.elastic;
-  entries[SECOND] = last.pairs.forgotten - start.pairs.forgotten;
+  entries[SECOND] = last.pairs.second - start.pairs.second;
   entries[LOST] = last.pairs.past_cutoff - start.pairs.past_cutoff;
   entries[ENDED] = last.pairs.ended - start.pairs.ended;
   entries[CONTACTS] = (last.pairs.contacts - start.pairs.contacts) -

@@ -223,8 +223,8 @@ class FixEVPEnergy :
   // see EVP::Effect
 
   bool begin_run(EVP::PairData &) override;
-  bool follows_far_bonds() const override { return true; }
-  void far_bonds_found(const std::vector<EVP::FarBond> &) override;
+  bool follows_unlisted_bonds() const override { return true; }
+  void unlisted_bonds_found(const std::vector<EVP::UnlistedBond> &) override;
   void before_forces(const EVP::ParticleView &) override;
   EVP::PairConsumer *reads_forces(const EVP::PairList &) override
   {
@@ -236,10 +236,13 @@ class FixEVPEnergy :
   }
   void bond_ends(const EVP::EndingPair &pair) override
   {
-    work.end(pair.held, EVP::rank_share(pair.j, pair_data->lists().nreact));
+    work.end(pair.stored, EVP::rank_share(pair.j, pair_data->lists().nreact));
   }
   void contact_joins(const EVP::EndingPair &pair) override { bond_ends(pair); }
-  void far_bonds_end(const std::vector<EVP::FarBond> &) override { work.end_beyond_list(); }
+  void unlisted_bonds_end(const std::vector<EVP::UnlistedBond> &) override
+  {
+    work.end_beyond_list();
+  }
   void add_dissipated(double energy) override { work.add_dissipated(energy); }
   void add_grown(double energy) override { work.add_grown(energy); }
   bool asks_for_powers() const override { return true; }

@@ -11,10 +11,10 @@ namespace EVP {
 // what it holds, and will dissipate by the flow that is due at this distance
 static double energy_of(const PairData &pairs, const PlacedPair &pair)
 {
-  const bool forgets = pair.flow == Flow::FORGETS;
+  const bool is_reversible = pair.flow == Flow::REVERSIBLE;
   if (!pair.is_bond && pair.is_past_cutoff()) return 0.0;
   const PairState now = pairs.state_of(pair);
-  if (pair.is_bond || !forgets) return now.stored.total() + now.dissipated;
+  if (pair.is_bond || !is_reversible) return now.stored.total() + now.dissipated;
   return now.stored.total() -
       pairs.law_of(pair).state(pair.cut * pair.inv_deq, pair).stored.total();
 }

@@ -18,6 +18,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 using namespace LAMMPS_NS;
@@ -52,7 +53,8 @@ FixEVPHeat::FixEVPHeat(LAMMPS *lmp, int narg, char **arg) : WithPerAtomComm(lmp,
   scene::offer_values(this, NACCOUNTS + 2);
   peratom_flag = peratom_freq = 1;
   size_peratom_cols = 0;
-  create_attribute = maxexchange = 1;
+  create_attribute = 1;
+  maxexchange = 2;
   FixEVPHeat::grow_arrays(atom->nmax);
   atom->add_callback(Atom::GROW);
 }
@@ -107,6 +109,7 @@ void FixEVPHeat::init()
     for (int i = 0; i < atom->nlocal; i++) records[i].rate = 0.0;
   }
   // bonds that are there may hold too much: the first step sees to that, and to its work
+  if (!bonds->records()->has_recorded()) std::fill(came.begin(), came.end(), 0);
   if (!std::exchange(begun, true) && !bonds->records()->has_recorded()) update_effect();
   report_unlike_types();
 }
@@ -166,11 +169,10 @@ void FixEVPHeat::report_unlike_types()
       if (any && differs) line += fmt::format("{}{} {}", line.empty() ? "" : ", ", i, j);
     }
   if (line == std::exchange(last_unlike, line) || line.empty() || comm->me) return;
-  utils::logmesg(
-      lmp,
-      "fix evp/heat {}: conductivity, capacity, soften, melt and rate of the rows of types {} "
-      "are not used: those of like types hold\n",
-      id, line);
+  utils::logmesg(lmp,
+                 "fix evp/heat {}: conductivity, capacity, soften, melt, rate and expansion of the "
+                 "rows of types {} are not used: those of like types hold\n",
+                 id, line);
 }
 
 void FixEVPHeat::setup(int /*vflag*/)
@@ -181,14 +183,15 @@ void FixEVPHeat::setup(int /*vflag*/)
   find_powers();
   find_links(pair_data->packed_pairs());
   const double step = every * update->dt;
-  const bool is_near = step * eigenvalue_bound() > 2.0, is_first = !std::exchange(limit_told, true);
-  if (is_near || is_first) find_limit();
+  const bool is_listed = step * eigenvalue_bound() > 2.0,
+             is_first = !std::exchange(limit_told, true);
+  if (is_listed || is_first) find_limit();
   if (is_first && comm->me == 0)
     utils::logmesg(lmp,
                    "fix evp/heat {}: largest stable thermal step {:.6g}, every {} steps of {:.6g}: "
                    "{:.6g}\n",
                    id, limit, every, update->dt, step);
-  if (is_near && scene::makes_steps(lmp)) check_step(step);
+  if (is_listed && scene::makes_steps(lmp)) check_step(step);
 }
 
 void FixEVPHeat::initial_integrate(int /*vflag*/)
@@ -331,9 +334,9 @@ PairConsumer *FixEVPHeat::reads_forces(const PairList &list)
   return has_law && damping_heat.time > 0.0 ? &damping_heat : nullptr;
 }
 
-void FixEVPHeat::far_bonds_end(const std::vector<FarBond> &bonds)
+void FixEVPHeat::unlisted_bonds_end(const std::vector<UnlistedBond> &bonds)
 {
-  for (const FarBond &bond : bonds) add_heat(bond.i, -1, false, bond.state.stored.total());
+  for (const UnlistedBond &bond : bonds) add_heat(bond.i, -1, false, bond.state.stored.total());
 }
 
 void FixEVPHeat::pairs_packed(const NeighList *, bool /*is_first*/)
@@ -401,7 +404,6 @@ void FixEVPHeat::warm_new_atoms(const PairLists &lists)
       if (sums[i][1] == 0.0) continue;
       temperature[i] = sums[i][0] / sums[i][1];
       records[i].factor = factor_now(i);
-      records[i].growth = growth_now(i);
       any = true;
     }
     any = on_any(any, world);
@@ -447,7 +449,6 @@ void FixEVPHeat::multiply_limits(std::vector<double> &factors) const
   for (size_t i = 0; i < factors.size(); i++) factors[i] *= records[i].factor;
 }
 
-// limits follow the temperatures and strain rates of now
 void FixEVPHeat::put_shared(Sharing, const ValuesOfAtoms &values) const
 {
   for (int i = 0; i < atom->nlocal; i++) values[i][0] = records[i].growth;
@@ -457,7 +458,10 @@ void FixEVPHeat::set_shared(Sharing when, const ValuesOfAtoms &values)
 {
   Growth growth(pair_data->lists().nall);
   for (size_t i = 0; i < growth.size(); i++) growth[i] = values[(int) i][0];
-  if (when == Sharing::PACKED) return grow_packed_pairs(*pair_data, growth);
+  if (when == Sharing::PACKED) {
+    grow_new_atoms(growth);
+    return grow_packed_pairs(*pair_data, growth);
+  }
   if (!on_any(growth != pair_data->lists().growth, world)) return;
   const double gained = grow_pairs(*pair_data, growth);
   pair_data->effects.for_each([gained](Effect &one) {
@@ -465,17 +469,67 @@ void FixEVPHeat::set_shared(Sharing when, const ValuesOfAtoms &values)
   });
 }
 
+// Collective. What atoms that came later are bonded to at their temperatures is there without a force: the records have their
+// lengths at TREF
+void FixEVPHeat::grow_new_atoms(Growth &growth)
+{
+  const int nlocal = atom->nlocal, nall = (int) growth.size();
+  const bool any = std::count(came.begin(), came.begin() + nlocal, 1) > 0;
+  if (!on_any(any, world)) return;
+  PairLists &lists = pair_data->lists();
+  warm_new_atoms(lists);
+  AtomValues sent(2, nall);
+  for (int i = 0; i < nlocal; i++) {
+    if (came[i]) grow_sphere(i);
+    sent[i][0] = records[i].growth;
+    sent[i][1] = std::exchange(came[i], 0);
+  }
+  forward_comm(sent);
+  std::map<tagint, int> atoms;    // any image will do
+  for (int k = nall - 1; k >= 0; k--) {
+    growth[k] = sent[k][0];
+    atoms[atom->tag[k]] = k;
+  }
+  const auto have_come = [&](int i, int j) {
+    return sent[i][1] + sent[j][1] > 0.0;
+  };
+  BondStore &store = pair_data->store();
+  for (int i = 0; i < nlocal; i++)
+    for (const BondRecord &bond : store.of(i)) {
+      const auto at = atoms.find((tagint) bond.partner);
+      if (at == atoms.end() || !have_come(i, at->second)) continue;
+      store.set(i, bond.partner, &BondRecord::deq,
+                bond.deq / (0.5 * (growth[i] + growth[at->second])));
+    }
+  PairList &bonds = lists.bonds;
+  for (const PackedRow &row : bonds.rows)
+    for (int k = row.first; k < row.last; k++) {
+      const int i = row.i, j = bonds.j[k];
+      if (!have_come(i, j)) continue;
+      const double dlim = pair_data->coefficients().law(bonds.law[k]).row.alpha *
+          (atom->radius[i] + atom->radius[j]);
+      const Span span = pair_data->rules().of_bond(store.find(i, atom->tag[j])->deq, dlim);
+      bonds.set(k, j, span.deq, span.cutoff, bonds.law[k]);
+    }
+}
+
+void FixEVPHeat::grow_sphere(int i)
+{
+  records[i].growth = growth_now(i);
+  if (!(std::fabs(records[i].growth - 1.0) <= MOST_EXPANSION))
+    error->one(FLERR,
+               "{}: the expansion of atom {} at {:.6g} would make it {:.4g} times as large, more "
+               "than {} off 1: check ALPHA and TREF of its row",
+               who, atom->tag[i], atom->temperature[i], records[i].growth, MOST_EXPANSION);
+}
+
+// limits and lengths follow the temperatures and strain rates of now
 void FixEVPHeat::update_effect()
 {
   since_limits = 0.0;
   for (int i = 0; i < atom->nlocal; i++) {
     records[i].factor = factor_now(i);
-    records[i].growth = growth_now(i);
-    if (!(std::fabs(records[i].growth - 1.0) <= MOST_EXPANSION))
-      error->one(FLERR,
-                 "{}: the expansion of atom {} at {:.6g} would make it {:.4g} times as large, more "
-                 "than {} off 1: check ALPHA and TREF of its row",
-                 who, atom->tag[i], atom->temperature[i], records[i].growth, MOST_EXPANSION);
+    grow_sphere(i);
   }
 }
 
@@ -674,7 +728,7 @@ double FixEVPHeat::compute_vector(int n)
 
 double FixEVPHeat::memory_usage()
 {
-  return bytes_of(links, shared, flow, inverse_capacity, through, generated, friction_pairs,
+  return bytes_of(links, shared, flow, inverse_capacity, through, came, generated, friction_pairs,
                   moving);
 }
 

@@ -50,23 +50,31 @@ class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::Effect, public 
   {
     through.resize(nmax);
     vector_atom = through.data();
+    came.resize(nmax);
   }
-  void copy_arrays(int i, int j, int /*delflag*/) override { through[j] = through[i]; }
+  void copy_arrays(int i, int j, int /*delflag*/) override
+  {
+    through[j] = through[i];
+    came[j] = came[i];
+  }
   void set_arrays(int i) override
   {
     through[i] = 0.0;
+    came[i] = 1;
     // what a deleted atom or a ghost had is there
     if (atom->temperature && !reads_temperatures()) atom->temperature[i] = 0.0;
   }
   int pack_exchange(int i, double *buf) override
   {
-    *buf = through[i];
-    return 1;
+    buf[0] = through[i];
+    buf[1] = came[i];
+    return 2;
   }
   int unpack_exchange(int i, double *buf) override
   {
-    through[i] = *buf;
-    return 1;
+    through[i] = buf[0];
+    came[i] = (char) buf[1];
+    return 2;
   }
   double memory_usage() override;
 
@@ -93,10 +101,10 @@ class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::Effect, public 
   EVP::PairConsumer *reads_forces(const EVP::PairList &) override;
   void bond_ends(const EVP::EndingPair &pair) override
   {
-    add_heat(pair.i, pair.j, pair.j < pair_data->lists().nreact, pair.held.total());
+    add_heat(pair.i, pair.j, pair.j < pair_data->lists().nreact, pair.stored.total());
   }
   void contact_joins(const EVP::EndingPair &pair) override { bond_ends(pair); }
-  void far_bonds_end(const std::vector<EVP::FarBond> &) override;
+  void unlisted_bonds_end(const std::vector<EVP::UnlistedBond> &) override;
   void return_to_records(bool) override { collect_heat(); }
   bool takes_heat() const override { return true; }
   void add_plastic_work(const std::vector<double> &) override;
@@ -175,6 +183,7 @@ class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::Effect, public 
   int unseen = 0;                 // times that heat was handed out near the limit since
   bigint limit_step = -1;         // step that it was found at
   std::vector<double> through;    // of the records, what went out at each atom: for f_ID
+  std::vector<char> came;         // atoms whose bonds have not been packed yet
   bool limit_told = false;
   std::string last_unlike;
 
@@ -187,6 +196,8 @@ class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::Effect, public 
   {
     return EVP::thermal_growth(rows[atom->type[i]], atom->temperature[i]);
   }
+  void grow_sphere(int i);
+  void grow_new_atoms(std::vector<double> &growth);
   bool is_free(int i) const { return atom->mask[i] & groupbit; }
   void check_atoms(const EVP::BondStore &) const;
   bool reads_temperatures() const;

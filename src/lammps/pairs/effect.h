@@ -20,8 +20,9 @@ namespace EVP {
 class PairData;
 class StiffnessMatrix;
 
-/// A bond of an own atom that is in no list, as it is past its cutoff.
-struct FarBond {
+/// A bond of an own atom that is in no list, as it is past its cutoff. Lengths are those of the records: the state at the cutoff
+/// is the same, whatever its atoms have grown by.
+struct UnlistedBond {
   int i;
   int64_t partner;
   double deq, radius, cutoff;    ///< radius: of the partner
@@ -33,7 +34,7 @@ struct FarBond {
 struct EndingPair {
   int index;    ///< in the list
   int i, j;
-  Stored held;    ///< by the last forces, which is lost [energy]
+  Stored stored;    ///< by the last forces, which is lost [energy]
 };
 
 /// What solves for damping, for those who add its work up. Powers are those of this MPI rank; pairs that another one holds
@@ -106,8 +107,8 @@ class Effect {
   virtual void pairs_packed(const LAMMPS_NS::NeighList *, bool /*is_first*/) {}
 
   /// Must it know the bonds that are past the end of the list?
-  virtual bool follows_far_bonds() const { return false; }
-  virtual void far_bonds_found(const std::vector<FarBond> &) {}
+  virtual bool follows_unlisted_bonds() const { return false; }
+  virtual void unlisted_bonds_found(const std::vector<UnlistedBond> &) {}
 
   // 3. Before some forces there is an update of what changes slowly. It is due at the steps divisible by
   // PairRules::update_every, at those that an effect asks for, and before the first ones of a run where an effect was changed
@@ -124,7 +125,7 @@ class Effect {
   /// Multiplies how far the bonds of each own atom hold.
   virtual void multiply_limits(std::vector<double> & /*factors*/) const {}
 
-  /// How many values atoms and ghosts get, those of own atoms, and what becomes of them.
+  /// How many values atoms and ghosts get, three at most, those of own atoms, and what becomes of them.
   virtual int shared_width(Sharing) const { return 0; }
   virtual void put_shared(Sharing, const ValuesOfAtoms &) const {}
   virtual void set_shared(Sharing, const ValuesOfAtoms &) {}
@@ -156,7 +157,7 @@ class Effect {
   virtual void commit() {}
   virtual void bond_ends(const EndingPair &) {}
   virtual void contact_joins(const EndingPair &) {}
-  virtual void far_bonds_end(const std::vector<FarBond> &) {}
+  virtual void unlisted_bonds_end(const std::vector<UnlistedBond> &) {}
   virtual void committed() {}
 
   // 6. Before atoms migrate, and before someone reads the records. are_due: has anything come into force since?

@@ -263,7 +263,7 @@ void PairData::begin_run()
     effects.add(one);
     implicit_groupbits_ |= one->damped_groupbits();
   }
-  any_gamma = scene_checked = any_far = false;
+  any_gamma = scene_checked = any_unlisted = false;
   repack_due = true;
   snapshot.forget();
 }
@@ -278,7 +278,15 @@ double PairData::handle(int i, int j)
                "Pair evp/lj, types {} and {}: contact join {} needs an alpha above {:.4g}, as a "
                "bond that ends at dlim must be apart, got {}: give a smaller distance to join",
                i, j, rules_.join.within, APART * rules_.join.within, row.alpha);
-  return types.handle(i, j, row.alpha * (row.expansion > 0.0 ? 1.0 + MOST_EXPANSION : 1.0));
+  return types.handle(i, j, row.alpha * (may_grow(i) || may_grow(j) ? 1.0 + MOST_EXPANSION : 1.0));
+}
+
+// by the row of the like type, whatever that of the pair has
+bool PairData::may_grow(int type) const
+{
+  return row_of(type).expansion > 0.0 && effects.any([](const Effect &one) {
+    return one.uses(&Row::expansion);
+  });
 }
 
 // those that damp, or the others
@@ -319,10 +327,7 @@ void PairData::report()
         ? fmt::format(", bonds break at a plastic strain of {}", rules_.break_strain)
         : fmt::format(", bonds break beyond {} deq", 1.0 + rules_.break_strain);
   line += describe_effects(false);
-  const std::string inactive = types.find_inactive_keywords(rules_.plastic, effects);
-  if (!inactive.empty())
-    line += fmt::format(", inactive without {}: {}",
-                        rules_.plastic ? "fix evp/heat" : "plasticity isotropic", inactive);
+  line += types.find_inactive_keywords(rules_.plastic, effects);
   line += fmt::format(", overlap warning above {} (R_i + R_j)\n", rules_.overlap);
 
   if (line == std::exchange(last_report, line) || comm->me) return;
@@ -395,17 +400,17 @@ bool PairData::pack(const NeighList *neighbors)
   histories.note_packing();
   const bigint without_pair = agree_on_pairs(found, same_list);
   if (!same_list) {    // else the same bonds are far
-    histories.forget_far();
-    if (any_far) find_far(without_pair);
+    histories.clear_unlisted();
+    if (any_unlisted) find_unlisted(without_pair);
   }
   held_beyond_list = 0.0;
-  for (const FarBond &bond :
-       histories.far_bonds())    // a bond of two MPI ranks counts half on each
+  for (const UnlistedBond &bond :
+       histories.unlisted_bonds())    // a bond of two MPI ranks counts half on each
     if (is_incremental() && rules_.plastic)
       held_beyond_list += 0.5 * (bond.state.stored.total() + bond.state.dissipated);
   effects.for_each([&](Effect &one) {
     one.pairs_packed(neighbors, is_first);
-    one.far_bonds_found(histories.far_bonds());
+    one.unlisted_bonds_found(histories.unlisted_bonds());
   });
 
   coefficients_.choose_block_laws(
@@ -417,10 +422,10 @@ bool PairData::pack(const NeighList *neighbors)
   return is_first;
 }
 
-// Collective. LAMMPS takes excluded pairs for such that never act: their bonds would be forgotten where they are
-void PairData::find_far(bigint records_without_pair)
+// Collective. LAMMPS takes excluded pairs for such that never act: their bonds would be second where they are
+void PairData::find_unlisted(bigint records_without_pair)
 {
-  const bigint explained = reduce_all((bigint) histories.find_far(), MPI_SUM, world);
+  const bigint explained = reduce_all((bigint) histories.find_unlisted(), MPI_SUM, world);
   if (explained < records_without_pair && neighbor->ago == 0)
     error->all(FLERR,
                "Pair evp/lj: {} bonds are kept out of the neighbor list by neigh_modify exclude or "
@@ -454,12 +459,13 @@ void PairData::commit(bool at_rest)
 // twice as many. Returns how many records of bonds have no pair in the list, of those of both atoms.
 bigint PairData::agree_on_pairs(const PairListBuilder::Found &found, bool same_list)
 {
-  const bool asks = bonds() && (rules_.has_history() || effects.any(&Effect::follows_far_bonds));
+  const bool asks =
+      bonds() && (rules_.has_history() || effects.any(&Effect::follows_unlisted_bonds));
   const bigint without = asks ? bonds()->count_sides(atom->nlocal) - found.bond_sides : 0;
   const auto all =
       reduce_all(std::array{(bigint) found.damped, found.overlaps.count, without}, MPI_SUM, world);
   explicit_damping = all[0] > 0;
-  if (!same_list) any_far = all[2] > 0;
+  if (!same_list) any_unlisted = all[2] > 0;
   if (all[1] <= 2 * overlaps_told) return all[2];
   overlaps_told = all[1];
 

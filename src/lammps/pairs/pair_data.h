@@ -324,20 +324,21 @@ class PairData : protected Pointers {
   std::string last_report;
 
   std::vector<std::shared_ptr<Effect>> effects_of_rules;
-  long source_version = 0;    // of the bonds, at the last packing
-  bool any_far = false;       // bonds that are not in the list; the same on all ranks
+  long source_version = 0;      // of the bonds, at the last packing
+  bool any_unlisted = false;    // bonds that are not in the list; the same on all ranks
   double held_beyond_list = 0.0;
   mutable std::vector<std::vector<std::pair<const PairList *, PackedRow>>> rows_of_atoms;
   mutable long rows_build = -1;    // of these, for pair_between()
 
   void stop_at_wrong_box_rates() const;
+  bool may_grow(int type) const;
   void report();
   std::string describe_effects(bool that_damp) const;
   bool forces_have_changed() const;
   bool pack(const NeighList *);
   void end_broken_run();
   bigint agree_on_pairs(const PairListBuilder::Found &, bool same_list);
-  void find_far(bigint records_without_pair);
+  void find_unlisted(bigint records_without_pair);
 };
 
 /// The effects that the rules of a pair style call for; fixes have others.

@@ -350,7 +350,7 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
   const PairLaw &law = pair_data.law_of(pair);
   const double d = std::sqrt(rsq), deq = 1.0 / pair.inv_deq;
   const PairState now = law.state(d * pair.inv_deq, pair);
-  const bool is_apart = pair.flow == Flow::COMPRESSES && d > deq;
+  const bool is_apart = pair.flow == Flow::PLASTIC_CONTACT && d > deq;
   const bool acts = rsq <= pair.cutsq && factor_lj != 0.0 && !is_apart;
   svector[0] = deq;
   svector[1] = (d - deq) / deq;
@@ -366,7 +366,7 @@ double PairEVPLJ::single(int i, int j, int itype, int jtype, double rsq, double 
     const PairGeometry g(rows(atom->x), i, j);
     fforce += damping_over_distance(law.gamma, g, atom->v[i], atom->v[j]);
   }
-  if (pair.flow != Flow::FORGETS)
+  if (pair.flow != Flow::REVERSIBLE)
     return now.stored.total() + (pair_data.is_incremental() ? now.dissipated : 0.0);
   return now.stored.total() - law.state(pair.cut * pair.inv_deq, pair).stored.total();
 }

@@ -154,7 +154,7 @@ void PairHistories::commit()
     one.commit();
   });
   end_bonds();
-  end_far_bonds();
+  end_unlisted_bonds();
   if (rules.joins()) begin_bonds();
   effects.for_each([](Effect &one) {
     one.committed();
@@ -166,7 +166,7 @@ bool PairHistories::would_change() const
   const auto any = [](const PairList &list) {
     return std::count(list.any_flow.begin(), list.any_flow.end(), 1) > 0;
   };
-  return !ends.found.empty() || !begins.found.empty() || !far.empty() || any(lists.bonds) ||
+  return !ends.found.empty() || !begins.found.empty() || !unlisted.empty() || any(lists.bonds) ||
       any(lists.contacts);
 }
 
@@ -281,24 +281,22 @@ void PairHistories::begin_bonds()
 }
 
 // each on the ranks of both of its atoms, of which that of the lower ID notes the event
-void PairHistories::end_far_bonds()
+void PairHistories::end_unlisted_bonds()
 {
   if (!rules.has_history()) return;
-  for (size_t n = 0; n < far.size(); n++) {
-    const FarBond &bond = far[n];
-    const double growth = lists.growth_of(bond.i, bond.i);
-    const double sum_radii = growth * (atom->radius[bond.i] + bond.radius);
-    const double rest = rules.of_ended(sum_radii, bond.cutoff).deq / growth;
+  for (size_t n = 0; n < unlisted.size(); n++) {
+    const UnlistedBond &bond = unlisted[n];
+    const double rest = rules.of_ended(atom->radius[bond.i] + bond.radius, bond.cutoff).deq;
     journal.push_back({bond.i, -1, (tagint) bond.partner, rest,
                        bond.at_dlim ? PairEvent::ENDED : PairEvent::FAILED});
     if (keeps_events && atom->tag[bond.i] < bond.partner)
-      add_event(bond.i, (tagint) bond.partner, far_partners[n],
+      add_event(bond.i, (tagint) bond.partner, unlisted_partners[n],
                 bond.at_dlim ? BondEvent::AT_DLIM : BondEvent::FAILED);
   }
   effects.for_each([this](Effect &one) {
-    one.far_bonds_end(far);
+    one.unlisted_bonds_end(unlisted);
   });
-  forget_far();
+  clear_unlisted();
 }
 
 void PairHistories::return_to(const BondStore &store)
@@ -315,7 +313,7 @@ void PairHistories::return_due()
 {
   if (rules.plastic) add_moves();
   add_changes();
-  tell_owners();
+  send_to_owners();
   if (rules.joins()) warn_of_jumps();
   journal.clear();
 }
@@ -398,7 +396,7 @@ void PairHistories::add_changes()
 }
 
 // Atoms and ghosts are those that the list was packed for
-void PairHistories::tell_owners()
+void PairHistories::send_to_owners()
 {
   const int nlocal = lists.nlocal;
   AtomValues owner(2, lists.nall);    // rank, local index
@@ -446,9 +444,9 @@ std::vector<Vector> PairHistories::places_of(const std::vector<tagint> &ids) con
   return places;
 }
 
-int64_t PairHistories::find_far()
+int64_t PairHistories::find_unlisted()
 {
-  forget_far();
+  clear_unlisted();
   int64_t without_pair = 0;
   std::vector<std::pair<int, tagint>> deleted;    // atom, partner
   const auto *x = scene::rows(atom->x);
@@ -466,19 +464,18 @@ int64_t PairHistories::find_far()
     }
     const int index = coefficients.index(atom->type[i], partner.type);
     const PairLaw &law = coefficients.law(index);
-    const double growth = lists.growth_of(i, i),
-                 deq = growth * bond.deq;    // its partner may be anywhere
-    const double dlim = law.row.alpha * growth * (atom->radius[i] + partner.radius);
-    const Span span = rules.of_bond(deq, dlim);
+    const double dlim = law.row.alpha * (atom->radius[i] + partner.radius);
+    const Span span = rules.of_bond(bond.deq, dlim);
     const double limit = rules.plastic ? lists.limit_of(law.own_limit, i, partner.value) : 0.0;
-    far.push_back(
-        {i, (tagint) bond.partner, deq, partner.radius, span.cutoff, !(span.cutoff < dlim),
-         law.state(span.cutoff / deq, {1.0 / deq, rules.flow_of_bonds(), limit, span.cutoff})});
+    unlisted.push_back({i, (tagint) bond.partner, bond.deq, partner.radius, span.cutoff,
+                        !(span.cutoff < dlim),
+                        law.state(span.cutoff / bond.deq,
+                                  {1.0 / bond.deq, rules.flow_of_bonds(), limit, span.cutoff})});
     if (!keeps_events) return;
     double from[3], image[3];
     place.store(from);
     domain->closest_image(x[i], from, image);
-    far_partners.emplace_back(image);
+    unlisted_partners.emplace_back(image);
   };
 
   std::vector<std::pair<int, int>> far_away;    // atom, slot: the partner is not even a ghost
@@ -494,11 +491,11 @@ int64_t PairHistories::find_far()
         continue;
       }
       const int j = at->second;
-      bool is_near = false;
+      bool is_listed = false;
       for (; at != atoms.end() && at->first == partner; ++at)
-        is_near = is_near ||
+        is_listed = is_listed ||
             PairGeometry(x, i, at->second).dsq <= cutneighsq[atom->type[i]][atom->type[j]];
-      if (!is_near || !types.handles(atom->type[i], atom->type[j]))
+      if (!is_listed || !types.handles(atom->type[i], atom->type[j]))
         add(i, bond, {atom->type[j], atom->radius[j], rules.plastic ? lists.limits[j] : 0.0},
             Vector(x[j]));
     }
@@ -512,7 +509,7 @@ int64_t PairHistories::find_far()
           directory.entries.at(partners[k]), places[k]);
   }
   for (const auto &[i, partner] : deleted) records->forget(i, partner);
-  return (int64_t) far.size() + without_pair;
+  return (int64_t) unlisted.size() + without_pair;
 }
 
 }    // namespace EVP

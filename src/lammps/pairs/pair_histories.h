@@ -104,20 +104,20 @@ class PairHistories : protected Pointers {
   /// Collective, in the packing of a new neighbor list. Which bonds does it not have, as they are past its end? Returns how
   /// many records of own atoms these are, with those whose partner is deleted or has another pair style. Records of
   /// deleted partners go.
-  int64_t find_far();
-  void forget_far()
+  int64_t find_unlisted();
+  void clear_unlisted()
   {
-    far.clear();
-    far_partners.clear();
+    unlisted.clear();
+    unlisted_partners.clear();
   }
 
   /// Where bonds end these do so at the next commit().
-  const std::vector<FarBond> &far_bonds() const { return far; }
+  const std::vector<UnlistedBond> &unlisted_bonds() const { return unlisted; }
 
   double memory_usage() const
   {
     return bytes_of(ends.found, ends.squared_distances, begins.found, begins.squared_distances,
-                    begins.released, journal, far, owners.x, owners.shifts, periods);
+                    begins.released, journal, unlisted, owners.x, owners.shifts, periods);
   }
 
  private:
@@ -129,7 +129,7 @@ class PairHistories : protected Pointers {
   BondStore *records = nullptr;
   PerAtomComm *exchange = nullptr;
 
-  /// What has become of a pair of own atom i, which that atom and j are told. j: -1 of a bond whose partner is far, and as a
+  /// What has become of a pair of own atom i, which that atom and j are told. j: -1 of a bond whose partner is unlisted, and as a
   /// message to the rank of i.
   struct PairEvent {
     enum What : int64_t {
@@ -154,8 +154,8 @@ class PairHistories : protected Pointers {
   BeginningBonds begins;
   std::vector<PairEvent>
       journal;    // what the records have not been told; between two tellings bonds that have ended
-  std::vector<FarBond> far;
-  std::vector<Vector> far_partners;    // nearest images of their partners; with events only
+  std::vector<UnlistedBond> unlisted;
+  std::vector<Vector> unlisted_partners;    // nearest images of their partners; with events only
   bool due = false, update_due = false, keeps_events = false;
   bool starts = false;    // no forces of this run yet
   bigint jumps =
@@ -180,11 +180,11 @@ class PairHistories : protected Pointers {
   void warn_of_jumps();
   void add_contact(int i, const PackedPair &bond, double d, const Span &);
   void end_bonds();
-  void end_far_bonds();
+  void end_unlisted_bonds();
   void begin_bonds();
   void apply(const PairEvent &);
   void return_due();
-  void tell_owners();
+  void send_to_owners();
   void add_moves();
   void add_changes();
 };

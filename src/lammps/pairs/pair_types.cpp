@@ -152,18 +152,24 @@ std::string PairTypes::find_inactive_kv() const
   return "";
 }
 
+// Of those that change forces
 std::string PairTypes::find_inactive_keywords(bool plastic, const Effects &effects) const
 {
-  std::string keys;
-  for (const char *key : {"soften", "rate"}) {
+  std::string of_plasticity, of_heat;
+  for (const char *key : {"soften", "rate", "expansion"}) {
+    const Member &member = *find_member(key);
+    const bool needs_plasticity = !plastic && member.value != &Row::expansion;
     bool given = false;
-    if (plastic && uses(effects, find_member(key)->value)) continue;
+    if (!needs_plasticity && uses(effects, member.value)) continue;
     for (int type = 1; type <= atom->ntypes; type++)
-      given = given ||
-          (handles(type, type) && is_given(coefficients.row(type, type), *find_member(key)));
+      given = given || (handles(type, type) && is_given(coefficients.row(type, type), member));
+    std::string &keys = needs_plasticity ? of_plasticity : of_heat;
     if (given) keys += (keys.empty() ? "" : ", ") + std::string(key);
   }
-  return keys;
+  std::string text;
+  if (!of_plasticity.empty()) text += ", inactive without plasticity isotropic: " + of_plasticity;
+  if (!of_heat.empty()) text += ", inactive without fix evp/heat: " + of_heat;
+  return text;
 }
 
 // The row of two unlike types says how stiff their bonds are, those of like types how far they hold

@@ -54,7 +54,7 @@ class PairTypes : protected Pointers {
   /// At the set-up of a run, again only when it changes. Warns where a row has a volume energy and there is no fix evp/volume.
   void report(bool plastic, const Effects &);
 
-  /// Keywords of rows, joined by commas, that have no effect as they change the limits of hot or fast flow alone.
+  /// What to say of keywords of rows that would change forces, but have no effect.
   std::string find_inactive_keywords(bool plastic, const Effects &) const;
 
   /// Collective. Stops where these bonds join types that had none when they were measured: types may have been set since.

@@ -11,7 +11,7 @@
 namespace EVP {
 
 // what ghosts have summed; bonds that have ended wait until the records are told
-void Plasticity::bring_sums_home()
+void Plasticity::collect_sums()
 {
   const int nlocal = pairs.lists().nlocal;
   pairs.exchange().reverse_comm(sums.values);
@@ -121,9 +121,9 @@ void Plasticity::commit()
   for (PairList *list : {&lists.bonds, &lists.contacts}) commit_flow(*list, lists.nreact, sums);
 }
 
-void Plasticity::far_bonds_end(const std::vector<FarBond> &far)
+void Plasticity::unlisted_bonds_end(const std::vector<UnlistedBond> &far)
 {
-  for (const FarBond &bond : far) {
+  for (const UnlistedBond &bond : far) {
     sums.of(bond.i, FlowSums::ENDED) += 1.0;
     sums.of(bond.i, FlowSums::WORK) += 0.5 * bond.state.dissipated;
     sums.of(bond.i, FlowSums::SLIP) += std::fabs(log_of_ratio(bond.state.inv_deq, 1.0 / bond.deq));
@@ -133,7 +133,7 @@ void Plasticity::far_bonds_end(const std::vector<FarBond> &far)
 void Plasticity::return_to_records(bool are_due)
 {
   if (!are_due) return;
-  bring_sums_home();
+  collect_sums();
   for (int i = 0; i < pairs.lists().nlocal; i++) sums.of(i, FlowSums::ENDED) = 0.0;
 }
 

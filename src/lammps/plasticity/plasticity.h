@@ -17,7 +17,7 @@ class Plasticity final : public Effect, public FailureCriterion {
   void pairs_packed(const NeighList *, bool) override { sums.reset(pairs.lists().nall); }
 
   bool was_changed() const override { return pairs.store().has_given(); }
-  void begin_update() override { bring_sums_home(); }
+  void begin_update() override { collect_sums(); }
   void update_effect() override;
 
   int shared_width(Sharing) const override { return 2; }
@@ -32,7 +32,7 @@ class Plasticity final : public Effect, public FailureCriterion {
   void commit() override;
   void bond_ends(const EndingPair &pair) override { count_end(pair, 1.0); }
   void contact_joins(const EndingPair &pair) override { count_end(pair, -1.0); }
-  void far_bonds_end(const std::vector<FarBond> &) override;
+  void unlisted_bonds_end(const std::vector<UnlistedBond> &) override;
   void return_to_records(bool are_due) override;
 
  private:
@@ -43,7 +43,7 @@ class Plasticity final : public Effect, public FailureCriterion {
   bool any_fails = false;
   bool were_given = false;    // strains, since the last update
 
-  void bring_sums_home();
+  void collect_sums();
   void count_end(const EndingPair &pair, double change)
   {
     sums.add(pair.i, pair.j, pairs.lists().nreact, FlowSums::ENDED, change);

@@ -59,7 +59,7 @@ void VolumeForces::pairs_packed(const NeighList *neighbors, bool /*is_first*/)
   const bool fewer = !std::includes(now.exclusions.begin(), now.exclusions.end(),
                                     then.exclusions.begin(), then.exclusions.end());
   if (takes && !then.reaches.empty()) {    // of all bonds that there are
-    store->forget_joined();
+    store->clear_joined();
     std::fill(lists.bonds.join.begin(), lists.bonds.join.end(), 0);
   }
   std::vector<char> taken;    // of own atoms, with `takes`
@@ -86,8 +86,8 @@ void VolumeForces::pairs_packed(const NeighList *neighbors, bool /*is_first*/)
   PairList &bonds = lists.bonds;
   inv_dlim = bonds.add_column(HUGE_VAL, true);
   std::vector<double> &inv_dlim_of = bonds.columns[inv_dlim].values;
-  unbonded.clear(BOND_MARGIN, Flow::FORGETS);
-  for (Others &some : others) some.all.clear(BOND_MARGIN, Flow::FORGETS);
+  unbonded.clear(BOND_MARGIN, Flow::REVERSIBLE);
+  for (Others &some : others) some.all.clear(BOND_MARGIN, Flow::REVERSIBLE);
   const auto x = scene::rows(atom->x);
   std::vector<int> bonded_to(lists.nall, -1);    // the last particle that has a bond with this one
   auto row = bonds.rows.begin();                 // these are in the order of the neighbor list
@@ -120,11 +120,11 @@ void VolumeForces::pairs_packed(const NeighList *neighbors, bool /*is_first*/)
   if (takes || fewer) fill_gaps(taken);
 }
 
-void VolumeForces::far_bonds_found(const std::vector<FarBond> &bonds)
+void VolumeForces::unlisted_bonds_found(const std::vector<UnlistedBond> &bonds)
 {
   far.clear();
   // of eq. 8: they break before their spheres are out of reach, at the end of the step
-  for (const FarBond &bond : bonds)
+  for (const UnlistedBond &bond : bonds)
     if (bonds_end && !is_plastic) far.push_back(bond.i);
 }
 
@@ -225,7 +225,7 @@ void VolumeForces::lose_partners(VolumeRecord &record, const NeighborDensity &le
 
 void VolumeForces::bond_ends(const EndingPair &bond)
 {
-  const auto [index, i, j, held] = bond;
+  const auto [index, i, j, stored] = bond;
   if (pairs->lists().bonds.pair(index).has_joined || dlim(i, j, true) == 0.0) return;
   if (ends_of_bond(i, j) != BOTH) remove_pair(of_later(i, j).all, i, j);
   if (const double end = dlim(i, j, false); end > 0.0) add_pair(unbonded, i, j, end, error);
@@ -268,7 +268,7 @@ void VolumeForces::add_leaving(const std::vector<int> &ended)
 void VolumeForces::find_beside_open()
 {
   PairList &pulling = others[UNBONDED].now, &pushing = others[BESIDE_OPEN].now;
-  pushing.clear(BOND_MARGIN, Flow::FORGETS);
+  pushing.clear(BOND_MARGIN, Flow::REVERSIBLE);
   if (!any_open) return;
   std::vector<int> out;
   const auto *const x = scene::rows(atom->x);

@@ -64,8 +64,8 @@ class VolumeForces final : public Effect, protected Pointers {
 
   /// Takes the pairs, and the references of new bonds.
   void pairs_packed(const NeighList *, bool is_first) override;
-  bool follows_far_bonds() const override { return true; }
-  void far_bonds_found(const std::vector<FarBond> &) override;
+  bool follows_unlisted_bonds() const override { return true; }
+  void unlisted_bonds_found(const std::vector<UnlistedBond> &) override;
 
   // which atoms and ghosts are torn open
   int shared_width(Sharing when) const override { return is_plastic && when != Sharing::PACKED; }
