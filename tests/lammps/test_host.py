@@ -147,12 +147,11 @@ def complaints_of():
     return complaints
 
 
-def test_what_no_fix_shares_is_not_found(complaints_of):
-    """An object that a fix shares is found by its type: asked for as another one, it does not compile. Control: as it is shared, it does."""
-    ask = '#include "lammps/base/scene.h"\n#include "core/bonds/bond_store.h"\nauto ask(const LAMMPS_NS::Modify *fixes) {{ return EVP::scene::find_shared<{}>(fixes); }}\n'
-    assert not complaints_of(ask.format("const EVP::BondStore"))
-    for other in ("EVP::BondStore", "int", "const EVP::Heat"):
-        assert "no fix shares an object of this type" in complaints_of(ask.format(other)), other
+def test_records_that_have_no_table_are_not_found(complaints_of):
+    """What a sphere keeps is found by its type: asked for as another one, it does not compile. Control: as it is kept, it does."""
+    ask = '#include "core/bonds/bond_store.h"\nauto ask(EVP::BondStore &store) {{ return store.columns<{}>(); }}\n'
+    assert not complaints_of(ask.format("EVP::Sphere"))
+    assert "NAME" in complaints_of(ask.format("EVP::BondRecord"))
 
 
 def test_sources_compile_without_mpi(complaints_of):

@@ -99,7 +99,7 @@ def main(words=None):
         done = subprocess.run([sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-q", *options.tests], cwd=CHECKOUT, check=False,
                               env={**os.environ, "EVP_PLUGIN_DIR": str(plugin), "EVP_WITHOUT": " ".join(WORDS[options.effect]), "EVP_LEFT_OUT": str(told)})
         left_out = sorted(told.read_text(encoding="utf-8").splitlines()) if told.exists() else []
-    print(f"{len(left_out)} tests left out, which name {' or '.join(WORDS[options.effect])}:", *left_out, sep="\n    ")
+    print(f"left out, which name {' or '.join(WORDS[options.effect])}: {len(left_out)}", *left_out, sep="\n    ")
     return done.returncode
 
 

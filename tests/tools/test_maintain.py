@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """tests/maintain: compare_builds.py finds a build equal to itself, and names the first difference of files; memory/reports.py finds reports with our
-files in them, and no others; each fault of faults.py replaces what src/ has once, and has robustness tests. The site of the manual builds
+files in them, and no others; each fault of faults.py replaces what src/ has once, and has robustness tests; without.py takes an effect out. The site of the manual builds
 without a warning, every link leads somewhere, and each fault of a page is named."""
 
 import re
@@ -11,6 +11,7 @@ import sys
 import compare_builds
 import pytest
 import website
+import without
 from compare_builds import compare_all, first_difference
 from evp.run import CHECKOUT
 from faults import FAULTS, fault_names
@@ -111,6 +112,23 @@ def test_every_test_notices_a_fault_and_every_fault_has_tests():
         assert any(name in fault_names(test) for test in names), name
     assert all(map(fault_names, names)) and len(names) > 50 and len(FAULTS) > 30
     assert {name.partition(":")[0] for name in names} == set(requirements())
+
+
+def test_an_effect_can_be_taken_out():
+    """The energy balance; of one test the case that names it is left out, the others pass."""
+    words = ["energy", "tests/lammps/test_records.py::test_records_of_deleted_partners_go"]
+    done = subprocess.run([CHECKOUT / "tests/maintain/without.py", *words], stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+    assert "compiles without src/core/energy, src/lammps/energy\n" in done.stdout and "left out, which name evp/energy: 1\n" in done.stdout and " passed, 1 skipped" in done.stdout
+
+
+@pytest.mark.parametrize("name", without.WORDS)
+def test_nothing_else_names_what_an_effect_has(name):
+    """Its headers are included in its folders, and in the list of styles."""
+    headers = [f'#include "{path.relative_to(CHECKOUT / "src")}"' for path in without.deleted_files(name) if path.suffix == ".h"]
+    own = {path for path in (CHECKOUT / "src").rglob("*.*") if any(line in path.read_text(encoding="utf-8") for line in headers)}
+    others = {str(path.relative_to(CHECKOUT / "src")) for path in own if path.parent.name != name}
+    assert len(headers) > 1 and others == {"lammps/evpplugin.cpp"}
 
 
 # ---- website.py ----

@@ -98,14 +98,14 @@ TEST(BondStore, WordsBringRecordsAndHistoryToAnotherPlace)
 TEST(BondStore, BondsMoveAndEndOnBothSidesAndAreCountedOnce)
 {
   BondStore store = recorded(true);
-  store.move(0, 9, 1.375);
+  store.set(0, 9, &BondRecord::deq, 1.375);
   EXPECT_EQ(store.find(0, 9)->deq, 1.375);
   EXPECT_EQ(store.find(2, 7)->deq, 1.25) << "the other side is another record";
   EXPECT_EQ(store.count_sides(3), 6);
   for (int twice = 0; twice < 2; twice++) {    // either copy of a bond may say so
     store.end(0, 9, true);
     store.end(2, 7, true);
-    store.move(0, 9, 1.5);
+    store.set(0, 9, &BondRecord::deq, 1.5);
   }
   EXPECT_EQ(store.counts().ended, 1);
   EXPECT_EQ(store.counts().failed, 1);

@@ -35,14 +35,20 @@ struct Values {
 // three values each, around the widths of registers, sums and chunks
 const int ATOMS[] = {1, 2, 3, 85, 86, 171, 500};
 
+AtomValues labels_of(const std::vector<double> &numbers)
+{
+  AtomValues labels(1, numbers.size());
+  labels.set_first(numbers.size(), numbers.data());
+  return labels;
+}
+
 Bodies one_body(int natoms)
 {
-  std::vector<double> labels(natoms, 1.0);
   Bodies bodies;
   bodies.clear(natoms);
   for (int i = 1; i < natoms; i++) bodies.add(i - 1, true, i, true);
   if (natoms == 1) bodies.add(0, true, 0, true);
-  bodies.number(labels.data(), 1, natoms, {});
+  bodies.number(AtomValues(1, natoms, 1.0), natoms, {});
   return bodies;
 }
 
@@ -139,11 +145,11 @@ TEST(Bodies, sets_are_what_pairs_connect)
 
 TEST(Bodies, one_body_is_one_run_over_all_atoms)
 {
-  const std::vector<double> labels = {1.0, 2.0, 3.0, 2.0, 5.0};
+  const AtomValues labels = labels_of({1.0, 2.0, 3.0, 2.0, 5.0});
   Bodies bodies;
   bodies.clear(5);
   bodies.add(1, true, 3, true);
-  bodies.number(labels.data(), 1, 5, {});
+  bodies.number(labels, 5, {});
   EXPECT_EQ(bodies.count(), 2);
   EXPECT_EQ(bodies.shared_count(), 0);
   EXPECT_EQ(bodies.of_atoms(), (std::vector<int>{0, 1, 0, 1, 0}));
@@ -155,17 +161,17 @@ TEST(Bodies, one_body_is_one_run_over_all_atoms)
   bodies.clear(3);
   bodies.add(0, true, 1, false);
   bodies.add(1, false, 2, true);
-  bodies.number(labels.data(), 1, 3, {});
+  bodies.number(labels, 3, {});
   EXPECT_EQ(bodies.of_atoms(), (std::vector<int>{1, 0, 2}));
 }
 
 TEST(Bodies, without_a_body_there_are_no_runs_but_the_numbers_of_shared_bodies)
 {
-  const std::vector<double> labels = {11.0, 12.0};
+  const AtomValues labels = labels_of({11.0, 12.0});
   Bodies bodies;
   for (const int n : {2, 0}) {
     bodies.clear(n);
-    bodies.number(labels.data(), 1, n, {{3.0, 8.0}, {4.0, 4.0}});
+    bodies.number(labels, n, {{3.0, 8.0}, {4.0, 4.0}});
     EXPECT_EQ(bodies.count(), 3);
     EXPECT_EQ(bodies.shared_count(), 2);
     EXPECT_TRUE(bodies.runs().empty());
@@ -178,12 +184,12 @@ TEST(Bodies, runs_hold_all_atoms_and_those_of_their_body_only)
   Numbers numbers;
   Bodies bodies;
   for (const int npairs : {1, 20, 60, 100, 300}) {
-    const int n = 100, stride = 3;
-    std::vector<double> labels(stride * n);
+    const int n = 100;
+    AtomValues labels(1, n);
     bodies.clear(n);
     for (int k = 0; k < npairs; k++) bodies.add(numbers.below(n), true, numbers.below(n), true);
-    for (int i = 0; i < n; i++) labels[stride * i] = 1.0 + bodies.root(i);
-    bodies.number(labels.data(), stride, n, {});
+    for (int i = 0; i < n; i++) labels[i][0] = 1.0 + bodies.root(i);
+    bodies.number(labels, n, {});
     int next = 0;
     for (const auto &run : bodies.runs()) {
       EXPECT_EQ(run.first, next);

@@ -452,7 +452,9 @@ TEST(PairWork, SumsWhatTheLawSaysAndSeparatesForces)
           for (PairList *list : {&lists.bonds, &lists.contacts})
             cloud.add_forces(*list, damping, nreact, plain);
           PairWork work;
-          for (int n = 0; n < 3 * ALL; n++) work.images.push_back(image_of(n / 3, n % 3));
+          work.images.resize(ALL);
+          for (int i = 0; i < ALL; i++)
+            for (int c = 0; c < 3; c++) work.images[i][c] = image_of(i, c);
           EXPECT_EQ(evaluate(cloud, work, damping, nreact), plain);
           EXPECT_EQ(work.damping.empty(), !damping);
 
@@ -461,9 +463,9 @@ TEST(PairWork, SumsWhatTheLawSaysAndSeparatesForces)
           for (int n = 0; n < 3 * nreact; n++) {
             const int i = n / 3, c = n % 3;
             const double off = ROUND_OFF * (bonds.force_scales[i] + contacts.force_scales[i] + 1.0);
-            EXPECT_NEAR(work.force[n], bonds.f[i][c] + contacts.f[i][c], off);
+            EXPECT_NEAR(work.force[i][c], bonds.f[i][c] + contacts.f[i][c], off);
             if (damping) {
-              EXPECT_NEAR(work.damping[n], bonds.damping[i][c] + contacts.damping[i][c], off);
+              EXPECT_NEAR(work.damping[i][c], bonds.damping[i][c] + contacts.damping[i][c], off);
             }
           }
           using Sums = PairWork::Sums;

@@ -36,6 +36,31 @@ std::vector<Known> contents_of(const PairList &list, const Vectors &x)
 
 }    // namespace
 
+TEST(AtomValues, EachParticleHasItsOwn)
+{
+  AtomValues values(2, 3, 0.5);
+  const double block[] = {1.0, 2.0, 3.0, 4.0};
+  values.set_first(2, block);
+  values[2][1] = 6.0;
+  EXPECT_EQ(std::vector<double>(values.begin(), values.end()),
+            (std::vector<double>{1.0, 2.0, 3.0, 4.0, 0.5, 6.0}));
+  EXPECT_EQ(values.column(1).of(1), 4.0);
+  EXPECT_EQ(values.flat(4), 0.5);
+
+  values.resize(4);
+  EXPECT_EQ(values.size(), 4u);
+  EXPECT_EQ(values.numbers(), 8u);
+  EXPECT_EQ(values[3], values.end() - 2);
+  EXPECT_EQ(values[3][0], 0.0);
+
+  values.set_width(2);
+  EXPECT_EQ(values.size(), 4u) << "the same width";
+  values.set_width(3);
+  EXPECT_TRUE(values.empty());
+  values.assign(2, 7.0);
+  EXPECT_EQ(values.rows()[1][2], 7.0);
+}
+
 TEST(PairList, PairsAreTakenOutAndAddedInARun)
 {
   std::mt19937 random(3);

@@ -89,8 +89,8 @@ EVP::DensityNow at(const VolumeReference &reference, double theta, double unbond
 /// No other MPI rank, and no ghost.
 class OneRank : public EVP::PerAtomComm {
  public:
-  void forward_comm(Values &) override {}
-  void reverse_comm(Values &) override {}
+  void forward_comm(EVP::AtomValues &) override {}
+  void reverse_comm(EVP::AtomValues &) override {}
   double sum(double here) override { return here; }
 };
 
@@ -350,11 +350,11 @@ TEST(VolumeEnergy, HeldNeighborsTakeNoPart)
   EVP::StiffnessMatrix network(alone);
   network.nreact = 3;
   network.inverse_mass = {1.0, 1.0, 0.0};
-  network.start = {0.3, 0.1, 0.2, -0.5, 0.4, 0.1, 0.0, 0.0, 0.0};
+  const double start[] = {0.3, 0.1, 0.2, -0.5, 0.4, 0.1, 0.0, 0.0, 0.0};
+  network.start.resize(3);
+  network.start.set_first(3, start);
   network.links = {{0, 1, {-1, 0, 0}, 2.0, 0.0, 0.5}, {1, 2, {-1, 0, 0}, 2.0, 0.0, 0.5}};
-  network.with_densities = true;
-  network.density_links = {{v}, {v}};
-  network.density_stiffness = {{}, {0.0, stiffness}, {}};
+  network.densities = {{{{v}, {v}}, {{}, {0.0, stiffness}, {}}}};
   EXPECT_NEAR(network.largest_eigenvalue({0, 0, 0, 1.0}, 1e-8, 100).eigenvalue, v * v * stiffness,
               1e-7 * stiffness);
 }

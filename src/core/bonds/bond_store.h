@@ -38,6 +38,14 @@ struct BondValue {
 };
 constexpr BondValue BOND_VALUES[] = {{"deq", &BondRecord::deq, Range::POSITIVE}};
 
+/// Where its line is.
+constexpr int line_of(double BondRecord::*value)
+{
+  int k = 0;
+  while (BOND_VALUES[k].value != value) k++;
+  return k;
+}
+
 constexpr size_t BOND_WORDS = 1 + std::size(BOND_VALUES);
 static_assert(sizeof(BondRecord) == BOND_WORDS * sizeof(double), "each number has its line");
 
@@ -387,10 +395,11 @@ class BondStore {
     changed();
   }
 
-  /// deq of a bond of atom i has moved, or it may have ended since.
-  void move(int i, int64_t partner, double deq)
+  /// A value of a bond of atom i has changed, or it may have ended since.
+  void set(int i, int64_t partner, double BondRecord::*value, double now)
   {
-    if (const BondRecord *const bond = find(i, partner)) bonds[i][bond - bonds[i].data()].deq = deq;
+    if (const BondRecord *const bond = find(i, partner))
+      bonds[i][bond - bonds[i].data()].*value = now;
   }
 
   /// A bond of atom i has ended. The atom with the lower ID counts it.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
+#include "core/base/atom_values.h"
 #include "core/base/simd.h"
 
 #include <algorithm>
@@ -75,19 +76,18 @@ class Bodies {
   /// The first atom on this rank that its pairs connect an atom to; a ghost if there is none.
   int root(int i) { return sets.root(i); }
 
-  /// Of this rank, each once. labels: of atoms and ghosts, at labels[stride * i].
-  void find_links(const double *labels, int stride, int nlocal, std::vector<Link> &links)
+  /// Of this rank, each once. labels: of atoms and ghosts, one each.
+  void find_links(const AtomValues &labels, int nlocal, std::vector<Link> &links)
   {
     links.clear();
     for (int i = nlocal; i < (int) damped.size(); i++)
-      if (damped[i])
-        links.push_back({labels[(size_t) stride * root(i)], labels[(size_t) stride * i]});
+      if (damped[i]) links.push_back({labels[root(i)][0], labels[i][0]});
     std::sort(links.begin(), links.end());
     links.erase(std::unique(links.begin(), links.end()), links.end());
   }
 
   /// links: of all ranks.
-  void number(const double *labels, int stride, int nlocal, const std::vector<Link> &links)
+  void number(const AtomValues &labels, int nlocal, const std::vector<Link> &links)
   {
     linked.clear();
     for (const Link &link : links) linked.insert(linked.end(), link.begin(), link.end());
@@ -107,7 +107,7 @@ class Bodies {
     numbers.resize(nlocal);
     run_list.clear();
     for (int i = 0; i < nlocal; i++) {
-      const double label = labels[(size_t) stride * i];
+      const double label = labels[i][0];
       const int first = root(i), k = place(label);
       if (first < i)
         numbers[i] = numbers[first];

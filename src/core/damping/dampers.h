@@ -29,12 +29,10 @@ inline double separation_rate(double along, double speed_sq, double half_step, d
 ///
 /// With w = sqrt(gamma) u, a rate is sqrt(gamma) times the mean speed at which a pair separates over a
 /// timestep: w.v and what rotation adds, v the relative velocity at its end. The dashpot pulls at i with
-/// -rate w, so that C is the sum of w w^T, and dissipates the power rate^2. Velocities and forces: three
-/// values per atom and ghost.
+/// -rate w, so that C is the sum of w w^T, and dissipates the power rate^2. Velocities and forces are
+/// those of atoms and ghosts.
 class Dampers {
  public:
-  using Values = std::vector<double>;
-
   struct Damper {
     Vector w;
     int j;       ///< partner, local or ghost
@@ -52,7 +50,8 @@ class Dampers {
   {
     const size_t most = list.size();
     if (list.build != last_build)
-      for (Values *of_pairs : {&last_force, &last_rotation}) of_pairs->assign(most, 0.0);
+      for (std::vector<double> *of_pairs : {&last_force, &last_rotation})
+        of_pairs->assign(most, 0.0);
     last_build = list.build;
     nreact = list.nreact;
     rows.clear();
@@ -86,17 +85,17 @@ class Dampers {
   bool takes_reaction(const Damper &damper) const { return damper.j < nreact; }
 
   /// Adds the forces of the last timestep along the present directions.
-  void add_last_forces(Values &forces) const
+  void add_last_forces(AtomValues &forces) const
   {
     for_each([&](int i, const Damper &damper, double along) {
       const Vector force = damper.w * along;
-      force.add_to(&forces[(size_t) 3 * i]);
-      if (takes_reaction(damper)) force.subtract_from(&forces[(size_t) 3 * damper.j]);
+      force.add_to(forces[i]);
+      if (takes_reaction(damper)) force.subtract_from(forces[damper.j]);
     });
   }
 
   /// y = C v
-  void multiply(const Values &v, Values &y) const
+  void multiply(const AtomValues &v, AtomValues &y) const
   {
     react(v, y, [](int, const Vector &w, const Vector &dv) {
       return dot(w, dv);
@@ -104,7 +103,7 @@ class Dampers {
   }
 
   /// y = C v and what rotation adds over a timestep dt if pairs rotate as fast as in the last one.
-  void multiply_rotating(const Values &v, Values &y, double dt)
+  void multiply_rotating(const AtomValues &v, AtomValues &y, double dt)
   {
     if (dt_rotation > 0.0 && dt != dt_rotation)
       for (double &rotation : last_rotation) rotation *= dt / dt_rotation;
@@ -116,7 +115,7 @@ class Dampers {
 
   /// Minus the forces over a timestep dt that ends with v, which are kept with their rotation. Returns the
   /// square of half the largest angle by which a pair rotates in the timestep.
-  double rotate(const Values &v, Values &y, double dt)
+  double rotate(const AtomValues &v, AtomValues &y, double dt)
   {
     const double half_dt = 0.5 * dt;
     double rotated = 0.0;
@@ -136,7 +135,7 @@ class Dampers {
 
   /// Adds to each atom the squares of the terms of the forces of its row, of which rounding leaves some
   /// digits only.
-  void add_noise(Values &noise) const
+  void add_noise(std::vector<double> &noise) const
   {
     for_each([&](int i, const Damper &damper, double last) {
       const Vector w = damper.w;
@@ -146,13 +145,13 @@ class Dampers {
   }
 
   /// Rates over the timestep dt that ended here with mean velocities v, or now with dt = 0.
-  void find_rates(const Values &v, double dt)
+  void find_rates(const AtomValues &v, double dt)
   {
     rate_before.resize(count());
     for (const PackedRow &row : rows)
       for (int k = row.first; k < row.last; k++) {
         const Vector w = dampers[k].w;
-        const Vector dv = vector_of(v, row.i) - vector_of(v, dampers[k].j);
+        const Vector dv = Vector(v[row.i]) - Vector(v[dampers[k].j]);
         rate_before[k] =
             separation_rate(dot(w, dv), dot(dv, dv), -0.5 * dt * scale[k], 1.0 / dot(w, w));
       }
@@ -196,10 +195,10 @@ class Dampers {
  private:
   std::vector<Damper> dampers;    // with room to spare
   std::vector<PackedRow> rows;
-  Values scale;                    // sqrt(gamma)/d of each dashpot
-  Values rate_before, rate_now;    // of each, over the last timestep and at the present positions
-  Values last_force,
-      last_rotation;           // over w, and the part of a rate; by index in the packed list
+  // of each dashpot: sqrt(gamma)/d, and the rates over the last timestep and at the present positions
+  std::vector<double> scale, rate_before, rate_now;
+  // over w, and the part of a rate; by index in the packed list
+  std::vector<double> last_force, last_rotation;
   double dt_rotation = 0.0;    // timestep of last_rotation
   long last_build = -1;
   int nreact = 0;    // atoms below take reactions
@@ -207,22 +206,22 @@ class Dampers {
   int count() const { return rows.empty() ? 0 : rows.back().last; }
 
   /// y = the sum of rate(k, w, relative velocity) w over the dashpots.
-  template <class F> void react(const Values &v, Values &y, F &&rate) const
+  template <class F> void react(const AtomValues &v, AtomValues &y, F &&rate) const
   {
     y.assign(v.size(), 0.0);
-    const double *const all = v.data();
-    double *const forces = y.data();
+    const auto *const all = v.rows();
+    auto *const forces = y.rows();
     for (const PackedRow &row : rows) {
-      const Vector vi(all + (size_t) 3 * row.i);
+      const Vector vi(all[row.i]);
       Vector yi;
       for (int k = row.first; k < row.last; k++) {
         const Damper &damper = dampers[k];
         const Vector w = damper.w;
-        const Vector force = w * rate(k, w, vi - Vector(all + (size_t) 3 * damper.j));
+        const Vector force = w * rate(k, w, vi - Vector(all[damper.j]));
         yi = yi + force;
-        if (takes_reaction(damper)) force.subtract_from(forces + (size_t) 3 * damper.j);
+        if (takes_reaction(damper)) force.subtract_from(forces[damper.j]);
       }
-      yi.add_to(forces + (size_t) 3 * row.i);
+      yi.add_to(forces[row.i]);
     }
   }
 };

@@ -69,13 +69,13 @@ class PairWork final : public PairConsumer {
   void add_dissipated(double energy) { dissipated_before += energy; }
   void add_grown(double energy) { grown_before += energy; }
 
-  /// Three values per particle and ghost [force], on ghosts reactions: of the pairs, damping included,
+  /// Of particles and ghosts [force], on ghosts reactions: of the pairs, damping included,
   /// which is empty without `separates`; and of the damping of their laws alone, empty where none acts.
-  std::vector<double> force, damping;
+  AtomValues force{3}, damping{3};
 
-  /// Three counts per particle and ghost: by how many boxes it is away from its owner. Empty where the
+  /// Of particles and ghosts: by how many boxes they are away from their owners. Empty where the
   /// box does no work on images.
-  std::vector<double> images;
+  AtomValues images{3};
 
   /// Sums over the pairs of components of the force on i [force] times the count of j: xx, yy, zz, yz, xz
   /// and xy, the force being named first. `whole` with the damping of laws, `damping` that alone.
@@ -99,10 +99,9 @@ class PairWork final : public PairConsumer {
   void begin(int nall, const ParticleView &view)
   {
     nreact = view.nreact;
-    force.resize(separates ? (size_t) 3 * nall : 0);
-    if (separates && view.nreact > 0)
-      std::copy_n(view.f[0], (size_t) 3 * view.nreact, force.begin());
-    damping.assign(view.v ? (size_t) 3 * nall : 0, 0.0);
+    force.resize(separates ? nall : 0);
+    if (separates && view.nreact > 0) force.set_first(view.nreact, view.f[0]);
+    damping.assign(view.v ? nall : 0, 0.0);
     through = {};
     found = {};
     ended_now = {};
@@ -195,7 +194,7 @@ class PairWork final : public PairConsumer {
     if (!images.empty()) add_through(range, block, block.force, through.whole);
     if (damping.empty()) return;
     if (!images.empty()) add_through(range, block, block.damping, through.damping);
-    scatter(range, block, block.damping, nreact, reinterpret_cast<double(*)[3]>(damping.data()));
+    scatter(range, block, block.damping, nreact, damping.rows());
   }
 
   void add_through(const PairRange &range, const PairBlock &block, const double *force,
@@ -203,7 +202,7 @@ class PairWork final : public PairConsumer {
   {
     for (int k = 0; k < block.n; k++) {
       const int j = range.list.j[range.first + k];
-      const double *const n = &images[(size_t) 3 * j];
+      const double *const n = images[j];
       if (n[0] == 0.0 && n[1] == 0.0 && n[2] == 0.0) continue;
       const double scale = rank_share(j, nreact) * force[k];
       const double x = scale * block.xy[2 * k], y = scale * block.xy[2 * k + 1];

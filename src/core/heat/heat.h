@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
+#include "core/base/atom_values.h"
 #include "core/law/row.h"
 #include "core/pairs/pair_block.h"
 
@@ -80,7 +81,7 @@ class DampingHeat final : public PairConsumer {
  public:
   double time = 0.0;    ///< that the damping of a force evaluation stands for
   int nreact = 0;
-  std::vector<double> *generated = nullptr;    ///< of particles and ghosts [energy]
+  AtomValues *generated = nullptr;    ///< of particles and ghosts, one each [energy]
 
   void operator()(const PairRange &range, PairBlock &block) override
   {

@@ -2,6 +2,8 @@
 
 #include "core/pairs/pair_block.h"
 
+#include <type_traits>
+
 namespace EVP {
 
 namespace {
@@ -134,22 +136,6 @@ namespace {
     }
   }
 
-  /// Compiled for each instruction set; loops with pow() gain nothing from that.
-  template <class Powers, bool Many, Flow Kind, bool Damping, bool Stored>
-  void evaluate(const Laws<Powers> &all, PairBlock &block)
-  {
-    const auto run = [&]() EVP_KERNEL {
-      if constexpr (Kind == Flow::FORGETS)
-        evaluate_forgetting<Powers, Many, Damping, Stored>(all, block);
-      else
-        evaluate_flowing<Powers, Many, Kind == Flow::COMPRESSES, Damping, Stored>(all, block);
-    };
-    if constexpr (Powers::are_fixed)
-      call_vectorized(run);
-    else
-      run();
-  }
-
   /// Fills block.potential from what the pairs store. find_stored(block): fills elastic and forgotten.
   template <Flow Kind, class F>
   void find_potential(PairBlock &block, bool incremental, F &&find_stored)
@@ -196,16 +182,30 @@ namespace {
 
     void operator()(PairBlock &block, const BlockLaw::Asked &asked) const
     {
+      // compiled for each instruction set; loops with pow() gain nothing from that
+      const auto find = [this](PairBlock &of, auto damping, auto stored) {
+        constexpr bool Damping = decltype(damping)::value, Stored = decltype(stored)::value;
+        const auto run = [&]() EVP_KERNEL {
+          if constexpr (Kind == Flow::FORGETS)
+            evaluate_forgetting<Powers, Many, Damping, Stored>(all, of);
+          else
+            evaluate_flowing<Powers, Many, Kind == Flow::COMPRESSES, Damping, Stored>(all, of);
+        };
+        if constexpr (Powers::are_fixed)
+          call_vectorized(run);
+        else
+          run();
+      };
+      constexpr std::true_type yes;
+      constexpr std::false_type no;
       const bool stored = asked.stored || asked.potential;
       if (asked.damping)
-        (stored ? evaluate<Powers, Many, Kind, true, true>
-                : evaluate<Powers, Many, Kind, true, false>) (all, block);
+        stored ? find(block, yes, yes) : find(block, yes, no);
       else
-        (stored ? evaluate<Powers, Many, Kind, false, true>
-                : evaluate<Powers, Many, Kind, false, false>) (all, block);
+        stored ? find(block, no, yes) : find(block, no, no);
       if (!asked.potential) return;
-      find_potential<Kind>(block, asked.incremental, [this](PairBlock &other) {
-        evaluate<Powers, Many, Kind, false, true>(all, other);
+      find_potential<Kind>(block, asked.incremental, [&](PairBlock &other) {
+        find(other, no, yes);
       });
     }
   };
@@ -270,7 +270,7 @@ void accumulate_forces(PairList &list, const BlockLaw &law, const ParticleView &
     asked.damping ? gather<true>(view, range, block) : gather<false>(view, range, block);
     block.flow = list.flow_arrays(range.first);
     if (!list.are_bonds && !list.stays() && count_past_cutoff(block) == block.n) return;
-    law(block, asked);
+    law.evaluate(block, asked);
     for (PairConsumer *consumer : consumers) (*consumer)(range, block);
     scatter(range, block, block.force, view.nreact, view.f);
   });

@@ -63,11 +63,10 @@ class BlockLaw {
   void assign(const std::vector<PairLaw> &laws, const std::vector<int> &used, Flow);
 
   /// Fills the results of a block of a list of this flow.
-  void operator()(PairBlock &block, const Asked &asked) const { evaluate(block, asked); }
+  std::function<void(PairBlock &, const Asked &)> evaluate = without_force;
 
  private:
   static void without_force(PairBlock &, const Asked &);
-  std::function<void(PairBlock &, const Asked &)> evaluate = without_force;
 };
 
 /// Particle data of one MPI rank, as [n][3] arrays. f is added to.

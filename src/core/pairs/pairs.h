@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
+#include "core/base/atom_values.h"
 #include "core/base/simd.h"
 #include "core/law/law.h"
 
@@ -66,12 +67,6 @@ struct Vector {
   }
 };
 
-/// That of a particle among three values per particle.
-inline Vector vector_of(const std::vector<double> &values, int i)
-{
-  return Vector(&values[(size_t) 3 * i]);
-}
-
 /// Relative position of a pair, from j to i.
 struct PairGeometry : Vector {
   double dsq;
@@ -87,14 +82,14 @@ struct PairGeometry : Vector {
 struct OwnerDistances {
   bool acts = false;    ///< the same on all ranks
   int nlocal = 0;
-  std::vector<double> x;         ///< three per particle and ghost: where the owner has it [length]
-  std::vector<double> shifts;    ///< likewise: whole periods from there to the image [length]
+  AtomValues x{3};         ///< of particles and ghosts: where the owner has it [length]
+  AtomValues shifts{3};    ///< likewise: whole periods from there to the image [length]
 
   bool empty() const { return !acts; }
   bool has(int j) const { return !empty() && j >= nlocal; }
   double squared(int i, int j) const
   {
-    const Vector r = (vector_of(x, j) - vector_of(x, i)) + vector_of(shifts, j);
+    const Vector r = (Vector(x[j]) - Vector(x[i])) + Vector(shifts[j]);
     return dot(r, r);
   }
 };
@@ -130,16 +125,16 @@ struct FlowArrays {
 
 /// What flow has added to particles and ghosts since the owners were told.
 struct FlowSums {
-  static constexpr int WIDTH = 3;
   enum Value {
-    SLIP,    ///< sum of |ln(deq_new/deq_old)| of bonds
-    WORK,    ///< half of what each pair has dissipated [energy]
-    ENDED    ///< bonds that have ended, less those that have begun
+    SLIP,     ///< sum of |ln(deq_new/deq_old)| of bonds
+    WORK,     ///< half of what each pair has dissipated [energy]
+    ENDED,    ///< bonds that have ended, less those that have begun
+    WIDTH
   };
-  std::vector<double> values;    ///< WIDTH per particle
+  AtomValues values{WIDTH};
 
-  void reset(int n) { values.assign((size_t) WIDTH * n, 0.0); }
-  double &of(int i, Value value) { return values[(size_t) WIDTH * i + value]; }
+  void reset(int n) { values.assign(n, 0.0); }
+  double &of(int i, Value value) { return values[i][value]; }
 
   /// To both particles of a pair, those below nreact.
   void add(int i, int j, int nreact, Value value, double each)
@@ -176,13 +171,14 @@ class PairList {
     double of_new;             ///< of pairs that are added
     bool is_inverse_length;    ///< of the pair: see grow()
     std::vector<double> values;
+    int line = -1;    ///< of BOND_VALUES, to which it returns; -1: to none
   };
   std::vector<Column> columns;
 
   /// Returns the place of a new one.
-  size_t add_column(double of_new, bool is_inverse_length)
+  size_t add_column(double of_new, bool is_inverse_length = false, int line = -1)
   {
-    columns.push_back({of_new, is_inverse_length, std::vector<double>(count, of_new)});
+    columns.push_back({of_new, is_inverse_length, std::vector<double>(count, of_new), line});
     return columns.size() - 1;
   }
 
@@ -455,17 +451,14 @@ template <class F> void for_each_pair(const PairLists &lists, const double (*x)[
 /// Exchanges values of particles and their ghosts between MPI ranks. Collective.
 class PerAtomComm {
  public:
-  using Values = std::vector<double>;    ///< a fixed number of values per particle and ghost
-  static constexpr int WIDTH = 3;        ///< this many, unless said otherwise
-
   /// Ghosts take the values of their owners.
-  virtual void forward_comm(Values &) = 0;
+  virtual void forward_comm(AtomValues &) = 0;
 
   /// The same for velocities: periodic images may move against their owners.
-  virtual void forward_comm_velocities(Values &velocities) { forward_comm(velocities); }
+  virtual void forward_comm_velocities(AtomValues &velocities) { forward_comm(velocities); }
 
   /// Owners add what their ghosts hold; nothing where ghosts take no reactions.
-  virtual void reverse_comm(Values &) = 0;
+  virtual void reverse_comm(AtomValues &) = 0;
 
   /// Of a value of each MPI rank.
   virtual double sum(double here) = 0;

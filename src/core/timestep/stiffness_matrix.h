@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 namespace EVP {
@@ -112,18 +113,44 @@ class StiffnessMatrix {
     bool is_bond = true;           ///< does that density count as bonded?
   };
 
-  std::vector<Link> links;
+  /// An energy of densities, as the volume energy: sum_i K_i b_i b_i^T, with b_i the derivative of the density of i, by all
+  /// links or by bonds alone.
+  struct Densities {
+    std::vector<DensityLink> links;    ///< of the links of the matrix, but for the last ones
+    std::vector<DensityStiffness> stiffness;    ///< of own particles
+  };
 
-  // of energies of densities, as the volume energy: sum_i K_i b_i b_i^T, with b_i the derivative of the density of i, by all links or by bonds alone
-  bool with_densities = false;                        ///< the same on all ranks
-  std::vector<DensityLink> density_links;             ///< of the links; empty without
-  std::vector<DensityStiffness> density_stiffness;    ///< of own particles
+  std::vector<Link> links;
+  std::vector<Densities> densities;    ///< as many on all ranks
+
+  /// Where the link of a pair is. One that there is not is added, without a force of its own.
+  class Places {
+   public:
+    explicit Places(StiffnessMatrix &matrix_in) : matrix(matrix_in)
+    {
+      for (size_t k = 0; k < matrix.links.size(); k++)
+        known.push_back({{matrix.links[k].i, matrix.links[k].j}, k});
+      std::sort(known.begin(), known.end());
+    }
+    size_t find_or_add(int i, int j, const Vector &direction)
+    {
+      const std::pair<int, int> pair = {i, j};
+      const auto found = std::lower_bound(known.begin(), known.end(), std::pair(pair, (size_t) 0));
+      if (found != known.end() && found->first == pair) return found->second;
+      matrix.links.push_back({i, j, direction, 0.0, 0.0, 0.0});
+      return matrix.links.size() - 1;
+    }
+
+   private:
+    StiffnessMatrix &matrix;
+    std::vector<std::pair<std::pair<int, int>, size_t>> known;
+  };
 
   std::vector<double> inverse_mass;    ///< of own particles and ghosts, 0 where held
-  std::vector<double> start;           ///< of Lanczos, three values per own particle, 0 where held
+  AtomValues start{3};                 ///< of Lanczos, of own particles, 0 where held
   int nreact = 0;                      ///< particles below this index take the reaction
 
-  /// exchange_in: of three values per particle and ghost.
+  /// exchange_in: of up to three values per particle.
   explicit StiffnessMatrix(PerAtomComm &exchange_in) : exchange(exchange_in) {}
 
   bool is_free(int i) const { return inverse_mass[i] > 0.0; }
@@ -131,7 +158,10 @@ class StiffnessMatrix {
   // of links, with the springs above these energies
   double above_density(size_t k) const
   {
-    return with_densities ? density_links[k].above_density : 0.0;
+    double sum = 0.0;
+    for (const Densities &one : densities)
+      if (k < one.links.size()) sum += one.links[k].above_density;
+    return sum;
   }
   double most_axial(size_t k) const { return links[k].axial + above_density(k); }
   double undamped(size_t k) const { return links[k].damping > 0.0 ? 0.0 : most_axial(k); }
@@ -140,7 +170,7 @@ class StiffnessMatrix {
   /// EVP::largest_eigenvalue().
   LanczosResult largest_eigenvalue(const Mix &mix, double tolerance, int max_iterations)
   {
-    std::vector<double> vector = start;
+    std::vector<double> vector(start.begin(), start.end());
     return EVP::largest_eigenvalue(
         vector,
         [&](const auto &in, auto &out) {
@@ -153,12 +183,12 @@ class StiffnessMatrix {
   }
 
   /// Collective. Gershgorin: sum of absolute values of each row of M^-1 (mixed matrix) over the free
-  /// particles, three values per own particle, 0 where held. No eigenvalue is above the largest. Energies of densities enter
+  /// particles, of own particles, 0 where held. No eigenvalue is above the largest. Energies of densities enter
   /// by the springs above them.
-  std::vector<double> row_sums(const Mix &mix) const
+  AtomValues row_sums(const Mix &mix) const
   {
     // per particle: own block xx yy zz, xy xz yz, and absolute row sums towards free partners
-    std::vector<double> diagonal(3 * inverse_mass.size(), 0.0), off = diagonal, partners = diagonal;
+    AtomValues diagonal(3, inverse_mass.size()), off = diagonal, partners = diagonal;
     for (size_t k = 0; k < links.size(); k++) {
       const Link &link = links[k];
       const double across = mix.across * link.across,
@@ -171,21 +201,23 @@ class StiffnessMatrix {
                              std::fabs(own[2]) + xz + yz};
       for_each_end(link.i, link.j, nreact, [&](int i, int j) {
         for (int c = 0; c < 3; c++) {
-          diagonal[(size_t) 3 * i + c] += own[c];
-          off[(size_t) 3 * i + c] += beside[c];
-          if (is_free(j)) partners[(size_t) 3 * i + c] += rows[c];
+          diagonal[i][c] += own[c];
+          off[i][c] += beside[c];
+          if (is_free(j)) partners[i][c] += rows[c];
         }
       });
     }
-    for (std::vector<double> *values : {&diagonal, &off, &partners}) exchange.reverse_comm(*values);
+    for (AtomValues *values : {&diagonal, &off, &partners}) exchange.reverse_comm(*values);
 
-    std::vector<double> sums(start.size());
-    for (size_t n = 0; n < sums.size(); n++) {
-      const double *b = &off[n - n % 3];
+    AtomValues sums(3, start.size());
+    for (size_t i = 0; i < sums.size(); i++) {
+      const double *b = off[i];
       const double xy = std::fabs(b[0]), xz = std::fabs(b[1]), yz = std::fabs(b[2]);
       const double beside[] = {xy + xz, xy + yz, xz + yz};
-      const double sum = std::fabs(diagonal[n]) + beside[n % 3] + partners[n];
-      sums[n] = inverse_mass[n / 3] * sum;
+      for (int c = 0; c < 3; c++) {
+        const double sum = std::fabs(diagonal[i][c]) + beside[c] + partners[i][c];
+        sums[i][c] = inverse_mass[i] * sum;
+      }
     }
     return sums;
   }
@@ -193,22 +225,26 @@ class StiffnessMatrix {
   /// Collective. Finds DensityLink::above_density. By Cauchy and Schwarz (sum_j b e_j)^2 <= (sum_j b) (sum_j b e_j^2).
   void find_springs_above_density()
   {
-    find_pulls(1.0, [this](size_t k) {
-      return density_links[k].slope;
-    });
-    for (size_t k = 0; k < links.size(); k++)
-      density_links[k].above_density = density_links[k].slope * pull(k);
+    for (Densities &one : densities) {
+      find_pulls(one, 1.0, [&](size_t k) {
+        return one.links[k].slope;
+      });
+      for (size_t k = 0; k < one.links.size(); k++)
+        one.links[k].above_density = one.links[k].slope * pull(one, k);
+    }
   }
 
   double memory_usage() const
   {
-    return bytes_of(links, density_links, density_stiffness, inverse_mass, start, motion, reaction,
-                    change);
+    double bytes = bytes_of(links, inverse_mass, start, motion, reaction, change);
+    for (const Densities &one : densities) bytes += bytes_of(one.links, one.stiffness);
+    return bytes;
   }
 
  private:
   PerAtomComm &exchange;
-  std::vector<double> motion, reaction, change;    // with ghosts
+  AtomValues motion{3}, reaction{3};    // with ghosts
+  AtomValues change{2};                 // likewise, see find_pulls()
 
   double axial_in(const Mix &mix, size_t k) const
   {
@@ -218,72 +254,70 @@ class StiffnessMatrix {
 
   void apply(const Mix &mix, const std::vector<double> &in, std::vector<double> &out)
   {
-    const auto scale = [this](const std::vector<double> &from, std::vector<double> &to) {
-      for (size_t i = 0; 3 * i < start.size(); i++) {
+    const auto scale = [this](const double *from, double *to) {
+      for (size_t i = 0; i < start.size(); i++, from += 3, to += 3) {
         const double root = std::sqrt(inverse_mass[i]);
-        for (size_t k = 3 * i; k < 3 * i + 3; k++) to[k] = root * from[k];
+        for (int c = 0; c < 3; c++) to[c] = root * from[c];
       }
     };
-    motion.assign(3 * inverse_mass.size(), 0.0);
-    scale(in, motion);
+    motion.assign(inverse_mass.size(), 0.0);
+    scale(in.data(), motion.data());
     exchange.forward_comm(motion);
 
     reaction.assign(motion.size(), 0.0);
     for (size_t k = 0; k < links.size(); k++) {
       const Link &link = links[k];
-      const Vector dv = vector_of(motion, link.i) - vector_of(motion, link.j);
+      const Vector dv = Vector(motion[link.i]) - Vector(motion[link.j]);
       const double along = axial_in(mix, k) * dot(link.u, dv);
       react(link, link.u * along + dv * (mix.across * link.across));
     }
-    if (with_densities && mix.density > 0.0) apply_densities(mix.density);
+    for (const Densities &one : densities)
+      if (mix.density > 0.0) apply_densities(one, mix.density);
     exchange.reverse_comm(reaction);
-    scale(reaction, out);
+    scale(reaction.data(), out.data());
   }
 
-  // change: weight K_i of each particle times the sum of share(link) over its links, then the same of bonds. Exchanges have
-  // three values per particle, of which these are used
-  template <class Share> void find_pulls(double weight, Share &&share)
+  // change: weight K_i of each particle times the sum of share(link) over its links, then the same of bonds
+  template <class Share> void find_pulls(const Densities &of, double weight, Share &&share)
   {
-    change.assign(3 * inverse_mass.size(), 0.0);
-    for (size_t k = 0; k < links.size(); k++) {
+    change.assign(inverse_mass.size(), 0.0);
+    for (size_t k = 0; k < of.links.size(); k++) {
       const double value = share(k);
       for_each_end(links[k].i, links[k].j, nreact, [&](int i, int) {
-        change[(size_t) 3 * i] += value;
-        if (density_links[k].is_bond) change[(size_t) 3 * i + 1] += value;
+        change[i][0] += value;
+        if (of.links[k].is_bond) change[i][1] += value;
       });
     }
     exchange.reverse_comm(change);
-    for (size_t i = 0; i < density_stiffness.size(); i++) {
-      change[3 * i] *= weight * density_stiffness[i].total;
-      change[3 * i + 1] *= weight * density_stiffness[i].bonded;
+    for (size_t i = 0; i < of.stiffness.size(); i++) {
+      change[i][0] *= weight * of.stiffness[i].total;
+      change[i][1] *= weight * of.stiffness[i].bonded;
     }
     exchange.forward_comm(change);
   }
 
   // on a link, after find_pulls()
-  double pull(size_t k) const
+  double pull(const Densities &of, size_t k) const
   {
-    const double *const of_i = &change[(size_t) 3 * links[k].i],
-                        *const of_j = &change[(size_t) 3 * links[k].j];
-    return of_i[0] + of_j[0] + (density_links[k].is_bond ? of_i[1] + of_j[1] : 0.0);
+    const double *const of_i = change[links[k].i], *const of_j = change[links[k].j];
+    return of_i[0] + of_j[0] + (of.links[k].is_bond ? of_i[1] + of_j[1] : 0.0);
   }
 
   // adds sum_i K_i b_i b_i^T motion to reaction
-  void apply_densities(double weight)
+  void apply_densities(const Densities &of, double weight)
   {
-    find_pulls(weight, [this](size_t k) {
+    find_pulls(of, weight, [&](size_t k) {
       const Link &link = links[k];
-      return density_links[k].slope *
-          dot(link.u, vector_of(motion, link.i) - vector_of(motion, link.j));
+      return of.links[k].slope * dot(link.u, Vector(motion[link.i]) - Vector(motion[link.j]));
     });
-    for (size_t k = 0; k < links.size(); k++)
-      react(links[k], links[k].u * (density_links[k].slope * pull(k)));
+    for (size_t k = 0; k < of.links.size(); k++)
+      react(links[k], links[k].u * (of.links[k].slope * pull(of, k)));
   }
 
   void react(const Link &link, const Vector &force)
   {
-    force.add_to(&reaction[(size_t) 3 * link.i]);
-    if (link.j < nreact) force.subtract_from(&reaction[(size_t) 3 * link.j]);
+    force.add_to(reaction[link.i]);
+    if (link.j < nreact) force.subtract_from(reaction[link.j]);
   }
 };
 

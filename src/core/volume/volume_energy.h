@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
+#include "core/base/atom_values.h"
 #include "core/base/simd.h"
 #include "core/pairs/pair_block.h"
 #include "core/pairs/pairs.h"
@@ -147,18 +148,11 @@ struct VolumePasses {
   /// Particles for which a pair counts: that of its row, its partner.
   enum Ends { ROW = 1, PARTNER = 2, BOTH = 3 };
 
-  /// One of several values per particle: that of particle i stands at values[stride i].
-  template <class T> struct Column {
-    T *values;
-    int stride;
-    T &of(int i) const { return values[stride * (size_t) i]; }
-  };
-
   /// Adds t^2 of each pair to the densities of its ends, those below view.nreact. inv_dlim: of each pair.
   /// ending: takes those that end.
   static void add_densities(const PairList &pairs, const std::vector<double> &inv_dlim,
-                            const ParticleView &view, Column<double> densities, Ends ends = BOTH,
-                            EndingBonds *ending = nullptr)
+                            const ParticleView &view, AtomColumn<double> densities,
+                            Ends ends = BOTH, EndingBonds *ending = nullptr)
   {
     PairBlock block;
     for_each_block(
@@ -205,7 +199,7 @@ struct VolumePasses {
   class Forces final : public PairConsumer {
    public:
     /// inv_dlim: of each pair of the list.
-    Forces(const double *inv_dlim_in, Column<const double> pulls_in, Ends ends_in = BOTH) :
+    Forces(const double *inv_dlim_in, AtomColumn<const double> pulls_in, Ends ends_in = BOTH) :
         inv_dlim_of(inv_dlim_in), pulls(pulls_in), ends(ends_in)
     {
     }
@@ -236,13 +230,13 @@ struct VolumePasses {
 
    private:
     const double *inv_dlim_of;
-    Column<const double> pulls;
+    AtomColumn<const double> pulls;
     Ends ends;
   };
 
  private:
   static void add(const PairRange &range, const double *of_block, int nreact, bool to_row,
-                  Column<double> sums)
+                  AtomColumn<double> sums)
   {
     const int *const partner = range.list.j.data();
     range.for_each_row([&](int i, int first, int last) {

@@ -35,8 +35,9 @@ inline std::array<double, 3> image_shift(const double *edges, const int *pbc)
           pbc[1] * edges[1] + pbc[3] * edges[3], pbc[2] * edges[2]};
 }
 
-/// A Fix or Compute that exchanges values of atoms and ghosts: comm_forward of them per atom from
-/// owners to ghosts, comm_reverse of them from ghosts to owners; three by default.
+/// A Fix or Compute that exchanges values of atoms and ghosts: at most comm_forward of them per atom
+/// from owners to ghosts, comm_reverse of them from ghosts to owners, as LAMMPS has made its buffers;
+/// three by default.
 template <class Base> class WithPerAtomComm : public Base, public PerAtomComm {
  public:
   WithPerAtomComm(LAMMPS *lmp, int narg, char **arg) :
@@ -46,14 +47,14 @@ template <class Base> class WithPerAtomComm : public Base, public PerAtomComm {
     this->comm_forward = this->comm_reverse = 3;
   }
 
-  void forward_comm(Values &values) override
+  void forward_comm(AtomValues &values) override
   {
     set_exchanged(values, this->comm_forward);
-    this->comm->forward_comm(this);
+    this->comm->forward_comm(this, values.width());
   }
 
   /// Periodic images move with a box that deforms with 'remap v', all atoms being in its group.
-  void forward_comm_velocities(Values &velocities) override
+  void forward_comm_velocities(AtomValues &velocities) override
   {
     if (this->domain->deform_vremap)
       forward_comm_images(velocities, this->domain->h_rate);
@@ -61,28 +62,32 @@ template <class Base> class WithPerAtomComm : public Base, public PerAtomComm {
       forward_comm(velocities);
   }
 
-  /// Collective. Ghosts take the values of their owners and, periodic images, what is between them and
-  /// their owners in a box of these edges.
-  void forward_comm_images(Values &values, const double *edges)
+  /// Collective. Ghosts take the values of their owners and, periodic images, to the first three what is
+  /// between them and their owners in a box of these edges.
+  void forward_comm_images(AtomValues &values, const double *edges)
   {
+    if (values.width() < 3)
+      this->error->one(FLERR, "{}: {} values per atom cannot be shifted by periods", who,
+                       values.width());
     shifted_by = edges;
     forward_comm(values);
     shifted_by = nullptr;
   }
 
-  void reverse_comm(Values &values) override
+  void reverse_comm(AtomValues &values) override
   {
     if (!this->force->newton_pair) return;
     set_exchanged(values, this->comm_reverse);
-    this->comm->reverse_comm(this);
+    this->comm->reverse_comm(this, values.width());
   }
 
   double sum(double here) override { return reduce_all(here, MPI_SUM, this->world); }
 
   int pack_forward_comm(int n, int *indices, double *buf, int pbc_flag, int *pbc) override
   {
-    const int width = this->comm_forward;
-    for (int k = 0; k < n; k++) std::copy_n(values_of(indices[k], width), width, buf + k * width);
+    const AtomValues &values = *exchanged;
+    const int width = values.width();
+    for (int k = 0; k < n; k++) std::copy_n(values[indices[k]], width, buf + k * width);
     if (shifted_by && pbc_flag) {
       const auto shift = image_shift(shifted_by, pbc);
       for (int k = 0; k < n; k++)
@@ -93,22 +98,22 @@ template <class Base> class WithPerAtomComm : public Base, public PerAtomComm {
 
   void unpack_forward_comm(int n, int first, double *buf) override
   {
-    const int width = this->comm_forward;
-    std::copy_n(buf, n * width, values_of(first, width));
+    std::copy_n(buf, n * exchanged->width(), (*exchanged)[first]);
   }
 
   int pack_reverse_comm(int n, int first, double *buf) override
   {
-    const int width = this->comm_reverse;
-    std::copy_n(values_of(first, width), n * width, buf);
+    const int width = exchanged->width();
+    std::copy_n((*exchanged)[first], n * width, buf);
     return n * width;
   }
 
   void unpack_reverse_comm(int n, int *indices, double *buf) override
   {
-    const int width = this->comm_reverse;
+    AtomValues &values = *exchanged;
+    const int width = values.width();
     for (int k = 0; k < n; k++, buf += width) {
-      double *const own = values_of(indices[k], width);
+      double *const own = values[indices[k]];
       for (int c = 0; c < width; c++) own[c] += buf[c];
     }
   }
@@ -117,21 +122,19 @@ template <class Base> class WithPerAtomComm : public Base, public PerAtomComm {
   const std::string who;    ///< in messages: Fix or Compute, its ID and style
 
  private:
-  Values *exchanged = nullptr;
+  AtomValues *exchanged = nullptr;
   const double *shifted_by = nullptr;    // edges, for periodic images
 
-  // each of its owner or ghost: another width would bring values to other atoms, or lie out of bounds
-  void set_exchanged(Values &values, int width)
+  // more than LAMMPS' buffers hold, or of other atoms, would lie out of bounds
+  void set_exchanged(AtomValues &values, int most)
   {
-    if (values.size() != (size_t) width * (this->atom->nlocal + this->atom->nghost))
-      this->error->one(FLERR, "{}: values to exchange are not {} per atom and ghost", who, width);
+    if (values.width() > most)
+      this->error->one(FLERR, "{}: {} values per atom to exchange, but its buffers are for {}", who,
+                       values.width(), most);
+    if (values.size() != (size_t) (this->atom->nlocal + this->atom->nghost))
+      this->error->one(FLERR, "{}: values to exchange are of {} atoms and ghosts, not of {}", who,
+                       values.size(), this->atom->nlocal + this->atom->nghost);
     exchanged = &values;
-  }
-
-  /// Where those of an atom begin; first may be behind the last one where nothing is sent.
-  double *values_of(int first, int width) const
-  {
-    return exchanged->data() + (size_t) width * first;
   }
 };
 

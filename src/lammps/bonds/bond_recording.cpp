@@ -35,15 +35,15 @@ void BondRecording::record_zone(const NeighList *list, double zone_in, const Pai
 {
   zone = zone_in;
   source = zone > 0.0 ? fmt::format("within {} (R_i + R_j)", zone) : "within alpha (R_i + R_j)";
-  PerAtomComm::Values owner_x((size_t) 3 * (atom->nlocal + atom->nghost));
-  for (int i = 0; i < atom->nlocal; i++) std::copy_n(atom->x[i], 3, &owner_x[(size_t) 3 * i]);
+  const int nall = atom->nlocal + atom->nghost;
+  AtomValues owner_x(3, nall);
+  for (int i = 0; i < atom->nlocal; i++) std::copy_n(atom->x[i], 3, owner_x[i]);
   exchange.forward_comm(owner_x);
-  PerAtomComm::Values shifts(owner_x.size(), 0.0);    // whole periodic vectors
+  AtomValues shifts(3, nall);    // whole periodic vectors
   exchange.forward_comm_images(shifts, domain->h);
 
-  PerAtomComm::Values takes(owner_x.size(), 1.0);    // one of the pair must be so
-  for (size_t k = 0; store && k < takes.size(); k++)
-    takes[k] = k / 3 < (size_t) atom->nlocal && store->is_unseen((int) (k / 3));
+  AtomValues takes(1, nall, 1.0);    // one of the pair must be so
+  for (int i = 0; store && i < atom->nlocal; i++) takes[i][0] = store->is_unseen(i);
   if (store) exchange.forward_comm(takes);
 
   made.resize(atom->nlocal);
@@ -61,11 +61,11 @@ void BondRecording::record_zone(const NeighList *list, double zone_in, const Pai
       if (scene::is_excluded(force, list->firstneigh[i][jj])) continue;
       const int j = list->firstneigh[i][jj] & NEIGHMASK;
       const double alpha = pair_data->alpha_of(atom->type[i], atom->type[j]);
-      if (alpha == 0.0 || takes[(size_t) 3 * i] + takes[(size_t) 3 * j] == 0.0) continue;
+      if (alpha == 0.0 || takes[i][0] + takes[j][0] == 0.0) continue;
 
       // from either side the same to the last bit, so that both atoms decide alike: the position of a ghost has
       // round-off, which differs between the images of i and of j
-      const Vector r = vector_of(owner_x, j) - vector_of(owner_x, i) + vector_of(shifts, j);
+      const Vector r = Vector(owner_x[j]) - Vector(owner_x[i]) + Vector(shifts[j]);
       const double dsq = dot(r, r);
       const double sum_radii = atom->radius[i] + atom->radius[j];
       const double zone_here = (zone > 0.0 ? zone : alpha) * sum_radii;

@@ -127,7 +127,7 @@ void ComputeEVPStateAtom::compute_peratom()
     if (values[k] == Value::OF_SPHERE) places[k] = bonds->find_value(value_names[k]);
   for (int i = 0; i < atom->nlocal; i++) {
     double *state = array_atom[i];
-    const double *count = &sums[(size_t) comm_reverse * i];
+    const double *count = sums[i];
     const bool in_group = atom->mask[i] & groupbit;
     double recorded = 0.0;
     if (in_group && bonds)
@@ -144,12 +144,12 @@ void ComputeEVPStateAtom::compute_peratom()
 void ComputeEVPStateAtom::add_pairs(const PairData *pair_data)
 {
   const PairLists &list = pair_data->packed_pairs();
-  sums.assign((size_t) comm_reverse * list.nall, 0.0);
+  sums.assign(list.nall, 0.0);
   for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
     if (!p.acts()) return;
     const bool second = p.is_bond && pair_data->state_of(p).regime == 2;
     for_each_end(p.i, p.j, list.nreact, [&](int i, int) {
-      double *sum = &sums[(size_t) comm_reverse * i];
+      double *sum = sums[i];
       sum[p.is_bond ? WITHIN : UNBONDED] += 1.0;
       if (second) sum[SECOND] += 1.0;
     });
@@ -174,7 +174,7 @@ double ComputeEVPStateAtom::value_of(size_t column, int i, const PairData *pair_
     case Value::OF_SPHERE:
       return places[column] ? places[column].of(i) : 0.0;
     case Value::BONDS_NOW:
-      return sums[(size_t) comm_reverse * i + WITHIN];
+      return sums[i][WITHIN];
     case Value::VOLUME_STRAIN:
       return value_of_effects("volume_strain", i, pair_data);
     default:

@@ -37,7 +37,7 @@ class ComputeEVPStateAtom : public EVP::WithPerAtomComm<Compute> {
   /// Sums of an atom over its pairs: bonds within dlim, of these in the second regime or at their limit; new pairs.
   enum Count { WITHIN, SECOND, UNBONDED, NCOUNTS };
 
-  Values sums;    // comm_reverse of them per atom and ghost
+  EVP::AtomValues sums{NCOUNTS};    // of atoms and ghosts
   int nmax = 0;
   std::unique_ptr<Compute> stress;    // stress times volume of each atom, where needed
 

@@ -25,11 +25,11 @@ void DampingSolver::find_bodies(const PairData &pair_data, int groupbit)
     if (pair_data.implicit_gamma(p) > 0.0)
       bodies.add(p.i, atom->mask[p.i] & groupbit, p.j, atom->mask[p.j] & groupbit);
   });
-  labels.resize((size_t) 3 * nall);
-  for (int i = 0; i < nlocal; i++) labels[(size_t) 3 * i] = (double) atom->tag[bodies.root(i)];
+  labels.resize(nall);
+  for (int i = 0; i < nlocal; i++) labels[i][0] = (double) atom->tag[bodies.root(i)];
   ghosts.forward_comm(labels);
 
-  bodies.find_links(labels.data(), 3, nlocal, links);
+  bodies.find_links(labels, nlocal, links);
   int here = (int) links.size();
   const int all = reduce_all(here, MPI_SUM, world);
   int before = 0;
@@ -37,26 +37,27 @@ void DampingSolver::find_bodies(const PairData &pair_data, int groupbit)
   links.insert(links.begin(), before - here, Bodies::Link{});
   links.resize(all);
   MPI_Allreduce(MPI_IN_PLACE, links.data(), 2 * all, MPI_DOUBLE, MPI_SUM, world);
-  bodies.number(labels.data(), 3, nlocal, links);
+  bodies.number(labels, nlocal, links);
 }
 
-int DampingSolver::solve(double h_in, int groupbit, const Values &prescribed, Values &applied)
+int DampingSolver::solve(double h_in, int groupbit, const AtomValues &prescribed,
+                         AtomValues &applied)
 {
   h = h_in;
   const int nlocal = atom->nlocal;
-  const size_t n = (size_t) 3 * nlocal;
-  velocities.resize(n + (size_t) 3 * atom->nghost);
-  for (Values *values : {&mobility, &inertia, &direction, &direction_product})
-    values->assign(n, 0.0);
-  for (Values *values : {&undamped, &change, &residual, &applied}) values->resize(n);
+  velocities.resize(nlocal + atom->nghost);
+  for (AtomValues *values : {&mobility, &inertia, &direction, &direction_product})
+    values->assign(nlocal, 0.0);
+  for (AtomValues *values : {&undamped, &change, &residual, &applied}) values->resize(nlocal);
   for (int i = 0; i < nlocal; i++)
     if (atom->mask[i] & groupbit) {
       const double w = scene::inverse_mass(atom, force, i);
-      std::fill_n(&mobility[(size_t) 3 * i], 3, w);
-      std::fill_n(&inertia[(size_t) 3 * i], 3, 1.0 / w);
+      std::fill_n(mobility[i], 3, w);
+      std::fill_n(inertia[i], 3, 1.0 / w);
     }
+  const size_t n = change.numbers();
   const double *v = atom->v[0], *f = atom->f[0];
-  for (size_t k = 0; k < n; k++) undamped[k] = v[k] + h * mobility[k] * f[k];
+  for (size_t k = 0; k < n; k++) undamped.flat(k) = v[k] + h * mobility.flat(k) * f[k];
 
   // Start from the damper forces of the last step along the present pairs: like those of every iterate
   // they have neither momentum nor angular momentum.
@@ -64,8 +65,8 @@ int DampingSolver::solve(double h_in, int groupbit, const Values &prescribed, Va
   dampers.add_last_forces(reaction);
   ghosts.reverse_comm(reaction);
   for (size_t k = 0; k < n; k++) {
-    change[k] = h * mobility[k] * reaction[k];
-    residual[k] = -h * reaction[k];
+    change.flat(k) = h * mobility.flat(k) * reaction.flat(k);
+    residual.flat(k) = -h * reaction.flat(k);
   }
   exchange_velocities(prescribed);
   dampers.multiply_rotating(velocities, reaction, update->dt);
@@ -78,16 +79,16 @@ int DampingSolver::solve(double h_in, int groupbit, const Values &prescribed, Va
     // T, and with it the residual, from the velocities found
     exchange_velocities(prescribed);
     most_rotated = std::max(most_rotated, dampers.rotate(velocities, reaction, update->dt));
-    for (size_t k = 0; k < n; k++) residual[k] = -inertia[k] * change[k];
+    for (size_t k = 0; k < n; k++) residual.flat(k) = -inertia.flat(k) * change.flat(k);
     subtract_damping();
-    for (size_t k = 0; k < n; k++) applied[k] = -reaction[k];
+    for (size_t k = 0; k < n; k++) applied.flat(k) = -reaction.flat(k);
     cg.restart();
     if (meets_tolerance()) break;
 
     // damper forces are the sum of along and rotation, whose rounding no solve can go below
     noise.assign(nlocal, 0.0);
     dampers.add_noise(noise);
-    for (int i = 0; i < nlocal; i++) noise[i] *= 2.0 * h * h * mobility[(size_t) 3 * i];
+    for (int i = 0; i < nlocal; i++) noise[i] *= 2.0 * h * h * mobility[i][0];
     cg.restart();
     cg.add_round_off(noise);
     if (meets_tolerance()) break;
@@ -102,15 +103,17 @@ int DampingSolver::solve(double h_in, int groupbit, const Values &prescribed, Va
                    who, MOST_PASSES, worst, update->ntimestep, update->dt);
   }
   for (size_t k = 0; k < n; k++)
-    if (mobility[k] > 0.0) applied[k] = (undamped[k] + change[k] - v[k]) / (h * mobility[k]) - f[k];
+    if (mobility.flat(k) > 0.0)
+      applied.flat(k) = (undamped.flat(k) + change.flat(k) - v[k]) / (h * mobility.flat(k)) - f[k];
   return iterations;
 }
 
 // Collective. Those of the group as found, all others as prescribed.
-void DampingSolver::exchange_velocities(const Values &prescribed)
+void DampingSolver::exchange_velocities(const AtomValues &prescribed)
 {
-  for (size_t k = 0; k < change.size(); k++)
-    velocities[k] = mobility[k] > 0.0 ? undamped[k] + change[k] : prescribed[k];
+  for (size_t k = 0; k < change.numbers(); k++)
+    velocities.flat(k) = mobility.flat(k) > 0.0 ? undamped.flat(k) + change.flat(k)
+                                                : prescribed.flat(k);
   ghosts.forward_comm_velocities(velocities);
 }
 
@@ -119,9 +122,9 @@ void DampingSolver::exchange_velocities(const Values &prescribed)
 void DampingSolver::subtract_damping()
 {
   ghosts.reverse_comm(reaction);
-  for (size_t k = 0; k < change.size(); k++) {
-    residual[k] -= h * reaction[k];
-    velocities[k] = mobility[k] * residual[k];
+  for (size_t k = 0; k < change.numbers(); k++) {
+    residual.flat(k) -= h * reaction.flat(k);
+    velocities.flat(k) = mobility.flat(k) * residual.flat(k);
   }
 }
 

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
+#include "core/base/atom_values.h"
 #include "core/damping/cg.h"
 #include "core/damping/dampers.h"
 #include "lammps/base/lammps_names.h"
 #include "lammps/pairs/pair_data.h"
 
 #include <string>
+#include <vector>
 
 namespace EVP {
 
@@ -23,8 +25,6 @@ namespace EVP {
 /// with h C, as h C v* would (it exceeds the motion itself where damping is strong).
 class DampingSolver : protected Pointers {
  public:
-  using Values = PerAtomComm::Values;
-
   double tolerance = 1.0e-3;
   int max_iterations = 500;
 
@@ -55,7 +55,7 @@ class DampingSolver : protected Pointers {
   /// prescribed: velocities v+ of local atoms, used outside the group. applied: the force that took v to
   /// v+ beside F, on the group, and the reaction of the dashpots elsewhere. Returns the number of
   /// iterations. Stops if max_iterations do not suffice or velocities are non-finite.
-  int solve(double h, int groupbit, const Values &prescribed, Values &applied);
+  int solve(double h, int groupbit, const AtomValues &prescribed, AtomValues &applied);
 
   /// Collective. Largest angle by which a dashpot rotated in a step since the last call [rad].
   double largest_rotation();
@@ -72,23 +72,24 @@ class DampingSolver : protected Pointers {
   PerAtomComm &ghosts;
   Dampers &dampers;
   Bodies bodies;
-  Values labels;
+  AtomValues labels{1};
   std::vector<Bodies::Link> links;
   long bodies_build = -1;
   ConjugateGradients cg;
 
   double h = 0.0;
-  Values velocities, reaction;    // with ghosts
-  Values mobility, inertia;       // ftm2v / mass and its inverse, zero for atoms outside the group
-  Values undamped;                // v*
-  Values change, residual, direction, direction_product;    // change: v+ - v*
-  Values noise;                                             // one value per atom
+  AtomValues velocities{3}, reaction{3};    // with ghosts
+  // ftm2v / mass and its inverse, zero for atoms outside the group
+  AtomValues mobility{3}, inertia{3};
+  AtomValues undamped{3};                                                   // v*
+  AtomValues change{3}, residual{3}, direction{3}, direction_product{3};    // change: v+ - v*
+  std::vector<double> noise;                                                // one value per atom
   bool passes_warned = false;
   double most_rotated = 0.0;    // square of half the largest angle
 
   int iterate(int iteration);
   bool meets_tolerance();
-  void exchange_velocities(const Values &prescribed);
+  void exchange_velocities(const AtomValues &prescribed);
   void subtract_damping();
 };
 

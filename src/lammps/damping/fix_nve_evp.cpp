@@ -35,6 +35,7 @@ FixNVEEVP::FixNVEEVP(LAMMPS *lmp, int narg, char **arg) :
                      }
                    });
 
+  comm_reverse = 6;    // of the virial
   time_integrate = 1;
   dynamic_group_allow = 0;
   virial_global_flag = virial_peratom_flag = thermo_virial = 1;
@@ -97,7 +98,7 @@ void FixNVEEVP::find_null_moves()
   null_moves.clear();
   const size_t n = (size_t) 3 * atom->nlocal;
   for (Fix *move : modify->get_fix_by_style("^move$")) {
-    const Values v(atom->v[0], atom->v[0] + n), f(atom->f[0], atom->f[0] + n);
+    const std::vector<double> v(atom->v[0], atom->v[0] + n), f(atom->f[0], atom->f[0] + n);
     std::fill_n(atom->v[0], n, 0.0);
     std::fill_n(atom->f[0], n, 1.0);
     move->final_integrate();
@@ -132,7 +133,7 @@ void FixNVEEVP::initial_integrate(int /*vflag*/)
 {
   // the damping in f belongs to another timestep, or to less force: solve its second half anew
   if (update->dt != dt_applied) {
-    for (size_t k = 0; k < applied.size(); k++) atom->f[0][k] -= applied[k];
+    for (size_t k = 0; k < applied.numbers(); k++) atom->f[0][k] -= applied.flat(k);
     solve_and_apply(0.5 * update->dt);
   }
   kick(true);
@@ -214,11 +215,11 @@ template <class F> void FixNVEEVP::for_each_mean_velocity(double dt, F &&f) cons
 void FixNVEEVP::find_rates(double dt)
 {
   if (!pair_data->damps_implicitly()) return;
-  velocities.resize((size_t) 3 * (atom->nlocal + atom->nghost));
-  std::copy_n(atom->v[0], (size_t) 3 * atom->nlocal, velocities.begin());
+  velocities.resize(atom->nlocal + atom->nghost);
+  velocities.set_first(atom->nlocal, atom->v[0]);
   if (dt > 0.0)
     for_each_mean_velocity(dt, [this](int i, int c, double mean) {
-      if (!in_group(i)) velocities[(size_t) 3 * i + c] = mean;
+      if (!in_group(i)) velocities[i][c] = mean;
     });
   forward_comm_velocities(velocities);
   dampers.find_rates(velocities, dt);
@@ -232,7 +233,7 @@ double FixNVEEVP::power_of_box() const
   double sum = 0.0;
   if (image_velocities.empty()) return sum;
   dampers.for_each([&](int, const Dampers::Damper &damper, double along) {
-    sum += dampers.share(damper) * along * dot(damper.w, vector_of(image_velocities, damper.j));
+    sum += dampers.share(damper) * along * dot(damper.w, Vector(image_velocities[damper.j]));
   });
   return sum;
 }
@@ -274,10 +275,11 @@ void FixNVEEVP::solve_and_apply(double h)
   applied.clear();
   v_init(vflag_now);
   if (!pair_data->damps_implicitly()) return;
-  prescribed.assign(atom->v[0], atom->v[0] + (size_t) 3 * atom->nlocal);
+  prescribed.resize(atom->nlocal);
+  prescribed.set_first(atom->nlocal, atom->v[0]);
   if (h == update->dt)
     for_each_mean_velocity(h, [this](int i, int c, double before) {
-      double &after = prescribed[(size_t) 3 * i + c];
+      double &after = prescribed[i][c];
       after = 2.0 * after - before;
     });
   last_iterations = solver.solve(h, groupbit, prescribed, applied);
@@ -285,7 +287,7 @@ void FixNVEEVP::solve_and_apply(double h)
   all_iterations += last_iterations;
   solves++;
 
-  for (size_t k = 0; k < applied.size(); k++) atom->f[0][k] += applied[k];
+  for (size_t k = 0; k < applied.numbers(); k++) atom->f[0][k] += applied.flat(k);
   tally_virial();
 }
 
@@ -294,11 +296,7 @@ void FixNVEEVP::tally_virial()
 {
   if (!evflag) return;    // v_init sets no vflag_either
 
-  // per atom in two parts of three, the width of the exchange
-  Values shares[2];
-  if (vflag_atom)
-    for (auto &share : shares) share.assign((size_t) 3 * (atom->nlocal + atom->nghost), 0.0);
-
+  AtomValues shares(6, vflag_atom ? atom->nlocal + atom->nghost : 0);
   const auto x = scene::rows(atom->x);
   dampers.for_each([&](int i, const Dampers::Damper &damper, double along) {
     const PairGeometry g(x, i, damper.j);
@@ -308,15 +306,12 @@ void FixNVEEVP::tally_virial()
       for (int c = 0; c < 6; c++) virial[c] += dampers.share(damper) * v[c];
     if (vflag_atom)
       for (int c = 0; c < 6; c++) {
-        shares[c / 3][(size_t) 3 * i + c % 3] += 0.5 * v[c];
-        if (dampers.takes_reaction(damper))
-          shares[c / 3][(size_t) 3 * damper.j + c % 3] += 0.5 * v[c];
+        shares[i][c] += 0.5 * v[c];
+        if (dampers.takes_reaction(damper)) shares[damper.j][c] += 0.5 * v[c];
       }
   });
   if (!vflag_atom) return;
-  for (int part = 0; part < 2; part++) {
-    reverse_comm(shares[part]);
-    for (int i = 0; i < atom->nlocal; i++)
-      for (int c = 0; c < 3; c++) vatom[i][3 * part + c] += shares[part][(size_t) 3 * i + c];
-  }
+  reverse_comm(shares);
+  for (int i = 0; i < atom->nlocal; i++)
+    for (int c = 0; c < 6; c++) vatom[i][c] += shares[i][c];
 }

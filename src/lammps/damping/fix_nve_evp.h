@@ -58,7 +58,7 @@ class FixNVEEVP :
   bool updates_each_step() const override { return true; }
   std::string describe() const override { return " by fix nve/evp"; }
   const EVP::SolvedDamping *solved_damping() const override { return this; }
-  const std::vector<double> &applied_damping() const override { return applied; }
+  const EVP::AtomValues &applied_damping() const override { return applied; }
   double power_before() const override { return dampers.power(false); }
   double power_after() const override { return dampers.power(true); }
   double power_of_box() const override;
@@ -94,10 +94,12 @@ class FixNVEEVP :
 
   EVP::Dampers dampers;
   EVP::DampingSolver solver;
-  Values velocities;          // with ghosts: mean ones over the last step; where powers_wanted
-  Values image_velocities;    // of periodic images against their owners; where powers_wanted
-  Values prescribed;          // velocities after the step, used outside the group
-  Values applied;             // damping force in f, from one solve to the kick after it; or empty
+  EVP::AtomValues velocities{
+      3};    // with ghosts: mean ones over the last step; where powers_wanted
+  EVP::AtomValues image_velocities{3};    // of periodic images against their owners; likewise
+  EVP::AtomValues prescribed{3};          // velocities after the step, used outside the group
+  EVP::AtomValues applied{
+      3};                     // damping force in f, from one solve to the kick after it; or empty
   double dt_applied = 0.0;    // timestep that it was solved for, 0 if it must be solved anew
   int vflag_now = 0;
 

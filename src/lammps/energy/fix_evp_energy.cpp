@@ -40,7 +40,7 @@ void FixEVPEnergy::init()
   if (box.acts)
     box.kinetic = kinetic_here();    // set-up wraps atoms
   else
-    work.images = {};
+    work.images.clear();
 }
 
 // a minimization has no energy balance
@@ -124,8 +124,9 @@ void FixEVPEnergy::unwrap(int i, double *x) const
 // of the last force evaluation
 ActingForces FixEVPEnergy::acting_forces() const
 {
-  return {atom->f[0], work.force.data(), work.damping.empty() ? nullptr : work.damping.data(),
-          is_solved() ? implicit->applied_damping().data() : nullptr, work.separates};
+  return {scene::rows(atom->f), work.force.rows(),
+          work.damping.empty() ? nullptr : work.damping.rows(),
+          is_solved() ? implicit->applied_damping().rows() : nullptr, work.separates};
 }
 
 // work of a box that deforms on the dampers of fix nve/evp, over half a step
@@ -244,7 +245,7 @@ void FixEVPEnergy::set_images()
 {
   if (!box.acts) return;
   box.add_wrapped(kinetic_here());
-  work.images.assign((size_t) 3 * (atom->nlocal + atom->nghost), 0.0);
+  work.images.assign(atom->nlocal + atom->nghost, 0.0);
   forward_comm_images(work.images, COUNT_OF_BOXES.data());
 }
 

@@ -23,7 +23,7 @@ struct AtomForces {
 /// Forces on local atoms: all; those of the pairs, explicit damping included; that damping, and that of fix nve/evp, nullptr
 /// without. others: other forces may act beside these. An atom is integrated if forces move it, else its motion is prescribed.
 struct ActingForces {
-  const double *whole, *of_pairs, *damping, *solved;
+  const double (*whole)[3], (*of_pairs)[3], (*damping)[3], (*solved)[3];
   bool others;
 
   /// Can anything do work on the atom that is an entry of the balance?
@@ -31,14 +31,13 @@ struct ActingForces {
 
   EVP_INLINE void find(int i, bool integrated, AtomForces &now) const
   {
-    const size_t first = (size_t) 3 * i;
     for (int c = 0; c < 3; c++) {
-      double of_ours = whole[first + c];
-      if (others) of_ours = of_pairs[first + c] + (solved ? solved[first + c] : 0.0);
+      double of_ours = whole[i][c];
+      if (others) of_ours = of_pairs[i][c] + (solved ? solved[i][c] : 0.0);
       if (integrated)
-        now.working[c] = whole[first + c] - of_ours;
+        now.working[c] = whole[i][c] - of_ours;
       else {
-        now.damping[c] = damping ? damping[first + c] : 0.0;
+        now.damping[c] = damping ? damping[i][c] : 0.0;
         now.working[c] = of_ours - now.damping[c];
       }
     }
@@ -51,10 +50,9 @@ struct ActingForces {
   {
     if (!damping) return 0.0;
     const double quarter = 0.25 * dt * scene::inverse_mass(atom, force, i);
-    const size_t first = (size_t) 3 * i;
-    const double *const v = atom->v[0] + first, *const f = whole + first;
+    const double *const v = atom->v[i], *const f = whole[i];
     double sum = 0.0;
-    for (int c = 0; c < 3; c++) sum -= damping[first + c] * (v[c] - quarter * f[c]);
+    for (int c = 0; c < 3; c++) sum -= damping[i][c] * (v[c] - quarter * f[c]);
     return sum;
   }
 };

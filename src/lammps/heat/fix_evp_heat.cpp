@@ -45,8 +45,8 @@ FixEVPHeat::FixEVPHeat(LAMMPS *lmp, int narg, char **arg) : WithPerAtomComm(lmp,
                      }
                    });
   scene::demand_only_one(modify, error, this, who);
-  comm_forward = 2;
-  comm_reverse = 1;
+  comm_forward = moving.width();    // no others are wider
+  comm_reverse = 2;                 // see warm_new_atoms()
   dynamic_group_allow = 0;
   restart_global = 1;
   nevery = 1;
@@ -220,7 +220,8 @@ void FixEVPHeat::end_of_step()
   const int nlocal = atom->nlocal;
   double *const heatflow = atom->heatflow;
   if (others_pairs && !others_groupbits) {
-    Values of_ghosts(heatflow, heatflow + nlocal + atom->nghost);
+    AtomValues of_ghosts(1, nlocal + atom->nghost);
+    of_ghosts.set_first(of_ghosts.size(), heatflow);
     reverse_comm(of_ghosts);
     std::copy_n(of_ghosts.begin(), nlocal, heatflow);
   }
@@ -283,19 +284,15 @@ void FixEVPHeat::find_friction()
 void FixEVPHeat::find_powers()
 {
   if (granular.empty()) return;
-  constexpr int WIDTH = 6;
   const int nlocal = atom->nlocal;
-  moving.resize((size_t) WIDTH * (nlocal + atom->nghost));
+  moving.resize(nlocal + atom->nghost);
   for (int i = 0; i < nlocal; i++) {
-    std::copy_n(atom->v[i], 3, &moving[(size_t) WIDTH * i]);
-    std::copy_n(atom->omega[i], 3, &moving[(size_t) WIDTH * i + 3]);
+    std::copy_n(atom->v[i], 3, moving[i]);
+    std::copy_n(atom->omega[i], 3, moving[i] + 3);
   }
-  const int width = std::exchange(comm_forward, WIDTH);    // granular styles send more
   forward_comm_velocities(moving);
-  comm_forward = width;
   for (FrictionPair &pair : friction_pairs) {
-    const double *const of_i = &moving[(size_t) WIDTH * pair.i];
-    const double *const of_j = &moving[(size_t) WIDTH * pair.j];
+    const double *const of_i = moving[pair.i], *const of_j = moving[pair.j];
     const Vector spin = Vector(of_i + 3) * pair.arm_i + Vector(of_j + 3) * pair.arm_j,
                  n = pair.along;
     const Vector turning(spin.y * n.z - spin.z * n.y, spin.z * n.x - spin.x * n.z,
@@ -344,7 +341,7 @@ void FixEVPHeat::far_bonds_end(const std::vector<FarBond> &bonds)
 void FixEVPHeat::pairs_packed(const NeighList *, bool /*is_first*/)
 {
   const PairLists &lists = pair_data->lists();
-  generated.resize(lists.nall, 0.0);    // all of them 0 where the list is another
+  generated.resize(lists.nall);    // all of them 0 where the list is another
   is_packed = true;
   warm_new_atoms(lists);
 }
@@ -353,11 +350,11 @@ void FixEVPHeat::pairs_packed(const NeighList *, bool /*is_first*/)
 void FixEVPHeat::send_temperatures()
 {
   if (!others_pairs) return;
-  Values sent((size_t) 2 * (atom->nlocal + atom->nghost), 0.0);
-  for (int i = 0; i < atom->nlocal; i++) sent[(size_t) 2 * i] = atom->temperature[i];
+  AtomValues sent(1, atom->nlocal + atom->nghost);
+  sent.set_first(atom->nlocal, atom->temperature);
   forward_comm(sent);
   for (int i = atom->nlocal; i < atom->nlocal + atom->nghost; i++)
-    atom->temperature[i] = sent[(size_t) 2 * i];
+    atom->temperature[i] = sent[i][0];
 }
 
 // Does the command that makes atoms give them temperatures, which LAMMPS sets first?
@@ -386,27 +383,25 @@ void FixEVPHeat::warm_new_atoms(const PairLists &lists)
   };
   tagint without = first_without();
   if (without == MAXTAGINT) return;
-  Values known((size_t) 2 * lists.nall), sums, counts;
+  AtomValues known(1, lists.nall), sums(2);    // temperature; of those around it, and their number
   for (bool any = true; any && without < MAXTAGINT; without = first_without()) {
-    for (int i = 0; i < lists.nlocal; i++) known[(size_t) 2 * i] = temperature[i];
+    known.set_first(lists.nlocal, temperature);
     forward_comm(known);
     sums.assign(lists.nall, 0.0);
-    counts.assign(lists.nall, 0.0);
     const auto give = [&](int from, int to) {
-      if (known[(size_t) 2 * to] > 0.0 || known[(size_t) 2 * from] == 0.0) return;
-      sums[to] += known[(size_t) 2 * from];
-      counts[to] += 1.0;
+      if (known[to][0] > 0.0 || known[from][0] == 0.0) return;
+      sums[to][0] += known[from][0];
+      sums[to][1] += 1.0;
     };
     for_each_pair(lists.bonds, scene::rows(atom->x), [&](const PlacedPair &p) {
       give(p.j, p.i);
       if (p.j < lists.nreact) give(p.i, p.j);
     });
     reverse_comm(sums);
-    reverse_comm(counts);
     any = false;
     for (int i = 0; i < lists.nlocal; i++) {
-      if (counts[i] == 0.0) continue;
-      temperature[i] = sums[i] / counts[i];
+      if (sums[i][1] == 0.0) continue;
+      temperature[i] = sums[i][0] / sums[i][1];
       records[i].factor = factor_now(i);
       any = true;
     }
@@ -429,8 +424,8 @@ void FixEVPHeat::collect_heat()
   reverse_comm(generated);
   const int nlocal = std::min((int) generated.size(), atom->nlocal);
   for (int i = 0; i < nlocal; i++) {
-    records[i].waiting += generated[i];
-    account[OF_WORK] += generated[i];
+    records[i].waiting += generated[i][0];
+    account[OF_WORK] += generated[i][0];
   }
   std::fill(generated.begin(), generated.end(), 0.0);
 }
@@ -482,27 +477,28 @@ void FixEVPHeat::grow_new_atoms(Growth &growth)
   if (!on_any(any, world)) return;
   PairLists &lists = pair_data->lists();
   warm_new_atoms(lists);
-  Values sent((size_t) 2 * nall, 0.0);
+  AtomValues sent(2, nall);    // growth; has it come?
   for (int i = 0; i < nlocal; i++) {
     if (came[i]) grow_sphere(i);
-    sent[(size_t) 2 * i] = records[i].growth;
-    sent[(size_t) 2 * i + 1] = std::exchange(came[i], 0);
+    sent[i][0] = records[i].growth;
+    sent[i][1] = std::exchange(came[i], 0);
   }
   forward_comm(sent);
   std::map<tagint, int> atoms;    // any image will do
   for (int k = nall - 1; k >= 0; k--) {
-    growth[k] = sent[(size_t) 2 * k];
+    growth[k] = sent[k][0];
     atoms[atom->tag[k]] = k;
   }
   const auto have_come = [&](int i, int j) {
-    return sent[(size_t) 2 * i + 1] + sent[(size_t) 2 * j + 1] > 0.0;
+    return sent[i][1] + sent[j][1] > 0.0;
   };
   BondStore &store = pair_data->store();
   for (int i = 0; i < nlocal; i++)
     for (const BondRecord &bond : store.of(i)) {
       const auto at = atoms.find((tagint) bond.partner);
       if (at == atoms.end() || !have_come(i, at->second)) continue;
-      store.move(i, bond.partner, bond.deq / (0.5 * (growth[i] + growth[at->second])));
+      store.set(i, bond.partner, &BondRecord::deq,
+                bond.deq / (0.5 * (growth[i] + growth[at->second])));
     }
   PairList &bonds = lists.bonds;
   for (const PackedRow &row : bonds.rows)
@@ -548,14 +544,14 @@ bool FixEVPHeat::was_changed() const
 void FixEVPHeat::find_links(const PairLists &lists)
 {
   const int nall = lists.nall, *const type = atom->type;
-  Values bonds(nall, 0.0);    // of each
+  AtomValues bonds(1, nall);    // of each
   for (const PackedRow &row : lists.bonds.rows)
     for (int k = row.first; k < row.last; k++) {
-      bonds[row.i] += 1.0;
-      if (lists.bonds.j[k] < lists.nreact) bonds[lists.bonds.j[k]] += 1.0;
+      bonds[row.i][0] += 1.0;
+      if (lists.bonds.j[k] < lists.nreact) bonds[lists.bonds.j[k]][0] += 1.0;
     }
   reverse_comm(bonds);
-  shared.assign((size_t) 2 * nall, 0.0);
+  shared.assign(nall, 0.0);
   inverse_capacity.assign(nall, 0.0);
   for (int i = 0; i < nall; i++) {
     const Row &row = rows[type[i]];
@@ -563,15 +559,15 @@ void FixEVPHeat::find_links(const PairLists &lists)
     if (is_free(i)) inverse_capacity[i] = 1.0 / (mass * row.capacity);
     if (i >= lists.nlocal) continue;
     if (row.conductivity > 0.0)
-      shared[(size_t) 2 * i] = conducting_share(domain->dimension, mass / row.density, bonds[i]);
-    shared[(size_t) 2 * i + 1] = atom->temperature[i];
+      shared[i][0] = conducting_share(domain->dimension, mass / row.density, bonds[i][0]);
+    shared[i][1] = atom->temperature[i];
   }
   forward_comm(shared);
   links.clear();
   for_each_pair(lists.bonds, scene::rows(atom->x), [&](const PlacedPair &p) {
-    const double by = conductance(rows[type[p.i]].conductivity, rows[type[p.j]].conductivity,
-                                  shared[(size_t) 2 * p.i], shared[(size_t) 2 * p.j], p.g.dsq,
-                                  atom->radius[p.i] + atom->radius[p.j]);
+    const double by =
+        conductance(rows[type[p.i]].conductivity, rows[type[p.j]].conductivity, shared[p.i][0],
+                    shared[p.j][0], p.g.dsq, atom->radius[p.i] + atom->radius[p.j]);
     if (by > 0.0 && !p.is_past_cutoff()) links.push_back({p.i, p.j, by});
   });
 }
@@ -582,8 +578,8 @@ template <class F> void FixEVPHeat::sum_flows(F &&difference)
   const int nreact = pair_data->packed_pairs().nreact;
   flow.assign(inverse_capacity.size(), 0.0);
   for (const Link &link : links) {
-    flow[link.i] += link.conductance * difference(link.i, link.j);
-    if (link.j < nreact) flow[link.j] += link.conductance * difference(link.j, link.i);
+    flow[link.i][0] += link.conductance * difference(link.i, link.j);
+    if (link.j < nreact) flow[link.j][0] += link.conductance * difference(link.j, link.i);
   }
   reverse_comm(flow);
 }
@@ -592,15 +588,14 @@ template <class F> void FixEVPHeat::sum_flows(F &&difference)
 // same, B being the bonds by atoms and W their conductances
 double FixEVPHeat::eigenvalue_bound()
 {
-  Values sums((size_t) 2 * inverse_capacity.size(), 0.0);
+  AtomValues sums(1, inverse_capacity.size());
   sum_flows([](int, int) {
     return 1.0;
   });
-  for (int i = 0; i < atom->nlocal; i++) sums[(size_t) 2 * i] = flow[i] * inverse_capacity[i];
+  for (int i = 0; i < atom->nlocal; i++) sums[i][0] = flow[i][0] * inverse_capacity[i];
   forward_comm(sums);
   double most = 0.0;
-  for (const Link &link : links)
-    most = std::max(most, sums[(size_t) 2 * link.i] + sums[(size_t) 2 * link.j]);
+  for (const Link &link : links) most = std::max(most, sums[link.i][0] + sums[link.j][0]);
   return reduce_all(most, MPI_MAX, world);
 }
 
@@ -610,19 +605,19 @@ void FixEVPHeat::find_limit()
   constexpr double TOLERANCE = 1e-8;
   constexpr int MOST = 1000;
   const int nlocal = atom->nlocal;
-  Values start(nlocal, 0.0), over_root((size_t) 2 * inverse_capacity.size(), 0.0);
+  std::vector<double> start(nlocal, 0.0);
+  AtomValues over_root(1, inverse_capacity.size());
   for (int i = 0; i < nlocal; i++)    // any start will do, the same on every number of MPI ranks
     if (inverse_capacity[i] > 0.0) start[i] = std::sin((double) atom->tag[i]);
-  const auto apply = [&](const Values &in, Values &out) {
-    for (int i = 0; i < nlocal; i++)
-      over_root[(size_t) 2 * i] = in[i] * std::sqrt(inverse_capacity[i]);
+  const auto apply = [&](const std::vector<double> &in, std::vector<double> &out) {
+    for (int i = 0; i < nlocal; i++) over_root[i][0] = in[i] * std::sqrt(inverse_capacity[i]);
     forward_comm(over_root);
     sum_flows([&](int i, int j) {
-      return over_root[(size_t) 2 * i] - over_root[(size_t) 2 * j];
+      return over_root[i][0] - over_root[j][0];
     });
-    for (int i = 0; i < nlocal; i++) out[i] = flow[i] * std::sqrt(inverse_capacity[i]);
+    for (int i = 0; i < nlocal; i++) out[i] = flow[i][0] * std::sqrt(inverse_capacity[i]);
   };
-  const auto dot = [this](const Values &a, const Values &b) {
+  const auto dot = [this](const std::vector<double> &a, const std::vector<double> &b) {
     double here = 0.0;
     for (size_t k = 0; k < a.size(); k++) here += a[k] * b[k];
     return sum(here);
@@ -665,10 +660,10 @@ void FixEVPHeat::conduct()
     check_step(time);
   }
   sum_flows([this](int i, int j) {
-    return shared[(size_t) 2 * j + 1] - shared[(size_t) 2 * i + 1];
+    return shared[j][1] - shared[i][1];
   });
   for (int i = 0; i < atom->nlocal; i++) {
-    const double energy = time * flow[i] + std::exchange(records[i].waiting, 0.0);
+    const double energy = time * flow[i][0] + std::exchange(records[i].waiting, 0.0);
     if (!is_free(i)) {
       account[OUT] += energy;
       records[i].out += energy;

@@ -110,8 +110,8 @@ class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::Effect, public 
   void add_plastic_work(const std::vector<double> &) override;
   void add_heat(int i, int j, bool j_takes, double energy) override
   {
-    generated[i] += 0.5 * energy;
-    if (j_takes) generated[j] += 0.5 * energy;
+    generated[i][0] += 0.5 * energy;
+    if (j_takes) generated[j][0] += 0.5 * energy;
   }
   bool asks_for_powers() const override { return true; }
 
@@ -156,7 +156,9 @@ class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::Effect, public 
   bool expands = false;        // the row of any type has an expansion
   std::vector<Granular> granular;
   std::vector<FrictionPair> friction_pairs;    // by the forces of now
-  Values moving, remembered;    // velocities and rates of rotation of atoms and ghosts; of a pair
+  // of a pair; velocities and rates of rotation of atoms and ghosts
+  std::vector<double> remembered;
+  EVP::AtomValues moving{6};
   bool others_pairs = false;    // may a pair style add to heatflow, of ghosts too?
   int others_groupbits = 0;     // of fixes heat/flow
 
@@ -165,19 +167,21 @@ class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::Effect, public 
   double damping_time =
       0.0;    // of a step, that the explicit damping of its first forces stands for
   EVP::DampingHeat damping_heat;
-  std::vector<double> generated;    // heat of pairs since it was collected, with ghosts [energy]
-  double step_time = 0.0;           // that of the step, which other fixes may change at its end
-  bool stepping = false;            // not in rerun, which has no time
+  // heat of pairs since it was collected, with ghosts [energy]
+  EVP::AtomValues generated{1};
+  double step_time = 0.0;    // that of the step, which other fixes may change at its end
+  bool stepping = false;     // not in rerun, which has no time
   std::array<double, NACCOUNTS> account{};    // of this MPI rank, but WAITING [energy]
   bool is_packed = false;                     // generated is there
 
   std::vector<Link> links;
-  Values shared, flow;        // conducting share and temperature; what flows to each [energy/time]
-  Values inverse_capacity;    // of atoms and ghosts, 0 where the temperature is held
-  double limit = 0.0;         // largest stable thermal step [time]
-  double bound_seen = 0.0;    // bound of the eigenvalue that it was found at, in this run
-  int unseen = 0;             // times that heat was handed out near the limit since
-  bigint limit_step = -1;     // step that it was found at
+  // conducting share and temperature; what flows to each [energy/time]; 0 where the temperature is held
+  EVP::AtomValues shared{2}, flow{1};
+  std::vector<double> inverse_capacity;
+  double limit = 0.0;             // largest stable thermal step [time]
+  double bound_seen = 0.0;        // bound of the eigenvalue that it was found at, in this run
+  int unseen = 0;                 // times that heat was handed out near the limit since
+  bigint limit_step = -1;         // step that it was found at
   std::vector<double> through;    // of the records, what went out at each atom: for f_ID
   std::vector<char> came;         // atoms whose bonds have not been packed yet
   bool limit_told = false;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
+#include "core/base/atom_values.h"
 #include "core/bonds/bond_store.h"
 #include "core/law/coefficients.h"
 #include "core/pairs/contacts.h"
@@ -40,8 +41,8 @@ struct EndingPair {
 /// too count by half.
 class SolvedDamping {
  public:
-  /// The force that is in f [force], three values per local atom; empty without damping.
-  virtual const std::vector<double> &applied_damping() const = 0;
+  /// The force that is in f [force], of local atoms; empty without damping.
+  virtual const AtomValues &applied_damping() const = 0;
 
   /// Power that the dampers take in the mean over the half step before the present positions, or after them [energy/time].
   virtual double power_before() const = 0;
@@ -56,9 +57,9 @@ class SolvedDamping {
 
 /// Values of atoms and ghosts in an exchange: those of one of the effects that share it.
 struct ValuesOfAtoms {
-  double *first;    ///< of atom 0
-  int stride;
-  double *operator[](int i) const { return first + stride * (size_t) i; }
+  AtomValues &all;
+  int first;    ///< of its values of an atom
+  double *operator[](int i) const { return all[i] + first; }
 };
 
 /// When atoms and ghosts get the values that effects share.
@@ -92,6 +93,9 @@ class Effect {
   /// Pairs with an atom of these groups have the law without gamma, as the effect damps them.
   virtual int damped_groupbits() const { return 0; }
 
+  /// Can bonds end by its failure()?
+  virtual bool ends_bonds() const { return false; }
+
   /// Are steps so long that limits must follow each of them?
   virtual bool updates_each_step() const { return false; }
 
@@ -121,7 +125,7 @@ class Effect {
   /// Multiplies how far the bonds of each own atom hold.
   virtual void multiply_limits(std::vector<double> & /*factors*/) const {}
 
-  /// How many values atoms and ghosts get, three at most, those of own atoms, and what becomes of them.
+  /// How many values atoms and ghosts get, those of own atoms, and what becomes of them.
   virtual int shared_width(Sharing) const { return 0; }
   virtual void put_shared(Sharing, const ValuesOfAtoms &) const {}
   virtual void set_shared(Sharing, const ValuesOfAtoms &) {}

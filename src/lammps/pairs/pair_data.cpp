@@ -142,6 +142,18 @@ bool PairData::forces_have_changed() const
   return then != now;
 }
 
+size_t PairData::add_column_of(double BondRecord::*value)
+{
+  PairList &bonds = lists_.bonds;
+  const size_t column = bonds.add_column(BondRecord{}.*value, false, line_of(value));
+  std::vector<double> &values = bonds.columns[column].values;
+  for (const PackedRow &row : bonds.rows)
+    for (int k = row.first; k < row.last; k++)
+      if (const BondRecord *const own = this->bonds()->find(row.i, atom->tag[bonds.j[k]]))
+        values[k] = own->*value;
+  return column;
+}
+
 bool PairData::is_packed() const
 {
   if (!snapshot.matches_list()) return false;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
+#include "core/base/atom_values.h"
 #include "core/bonds/bond_store.h"
 #include "core/law/coefficients.h"
 #include "core/pairs/contacts.h"
@@ -47,8 +48,8 @@ class ListSnapshot : protected Pointers {
 
     list_comm = comm;
     skin = neighbor->skin;
-    list_x.assign((size_t) 3 * nall, 0.0);
-    if (nall > 0) std::copy_n(atom->x[0], list_x.size(), list_x.begin());
+    list_x.resize(nall);
+    if (nall > 0) list_x.set_first(nall, atom->x[0]);
   }
 
   /// When it is done.
@@ -80,7 +81,7 @@ class ListSnapshot : protected Pointers {
   {
     bool far = false;
     for (int i = 0; i < nall; i++) {
-      const double *x = atom->x[i], *then = &list_x[(size_t) 3 * i];
+      const double *x = atom->x[i], *then = list_x[i];
       const double dx = x[0] - then[0], dy = x[1] - then[1], dz = x[2] - then[2];
       if (dx * dx + dy * dy + dz * dz > 0.25 * skin * skin) far = true;
     }
@@ -95,7 +96,7 @@ class ListSnapshot : protected Pointers {
   uint64_t atoms = 0;    // see fingerprint()
   const Comm *list_comm = nullptr;
   double skin = 0.0;
-  std::vector<double> list_x;    // at the neighbor build
+  AtomValues list_x{3};    // at the neighbor build
   std::vector<double> radii;
 
   // another number where atoms of this MPI rank were exchanged for others, or changed
@@ -228,6 +229,9 @@ class PairData : protected Pointers {
   /// Those that could act, as of now.
   std::vector<std::shared_ptr<Effect>> find_effects() const;
 
+  /// Can bonds end before their dlim? By the rules, or by an effect.
+  bool bonds_can_fail() const { return rules_.breaks() || effects.any(&Effect::ends_bonds); }
+
   /// Groups of atoms whose pairs an effect damps, as bits.
   int implicit_groupbits() const { return implicit_groupbits_; }
 
@@ -258,6 +262,11 @@ class PairData : protected Pointers {
   const PairRules &rules() const { return rules_; }
   const Coefficients &coefficients() const { return coefficients_; }
   const EndingBonds &ending() const { return histories.ending(); }
+
+  /// At a packing: a column of the bonds with a value that their records have. Where an effect changes it, it tells
+  /// PairHistories::note_change(), and the records get it.
+  size_t add_column_of(double BondRecord::*value);
+  const Atom *atoms() const { return atom; }
   const double (*positions() const)[3] { return scene::rows(atom->x); }
 
   /// How far the bonds of own atom i hold, by their plastic strain.

@@ -71,16 +71,16 @@ void PairHistories::note_images()
   if (force->newton_pair || !(domain->xperiodic || domain->yperiodic || domain->zperiodic)) return;
   owners.acts = true;
   owners.nlocal = lists.nlocal;
-  owners.x.assign((size_t) 3 * lists.nall, 0.0);
-  periods.assign(owners.x.size(), 0.0);
+  owners.x.assign(lists.nall, 0.0);
+  periods.assign(lists.nall, 0.0);
   find_owners();
   const double *const h_inv = domain->h_inv;    // xx yy zz yz xz xy
   for (int j = lists.nlocal; j < lists.nall; j++) {
-    const Vector away = Vector(atom->x[j]) - vector_of(owners.x, j);
+    const Vector away = Vector(atom->x[j]) - Vector(owners.x[j]);
     const Vector in_boxes = {h_inv[0] * away.x + h_inv[5] * away.y + h_inv[4] * away.z,
                              h_inv[1] * away.y + h_inv[3] * away.z, h_inv[2] * away.z};
     Vector(std::round(in_boxes.x), std::round(in_boxes.y), std::round(in_boxes.z))
-        .store(&periods[(size_t) 3 * j]);
+        .store(periods[j]);
   }
 }
 
@@ -88,41 +88,38 @@ void PairHistories::note_images()
 void PairHistories::find_owners()
 {
   if (owners.empty()) return;
-  for (int i = 0; i < lists.nlocal; i++) std::copy_n(atom->x[i], 3, &owners.x[(size_t) 3 * i]);
+  for (int i = 0; i < lists.nlocal; i++) std::copy_n(atom->x[i], 3, owners.x[i]);
   exchange->forward_comm(owners.x);
   const double *const h = domain->h;
-  owners.shifts.resize(owners.x.size());
+  owners.shifts.resize(lists.nall);
   for (int j = 0; j < lists.nall; j++) {
-    const Vector n = vector_of(periods, j);
+    const Vector n(periods[j]);
     Vector(n.x * h[0] + n.y * h[5] + n.z * h[4], n.y * h[1] + n.z * h[3], n.z * h[2])
-        .store(&owners.shifts[(size_t) 3 * j]);
+        .store(owners.shifts[j]);
   }
 }
 
-// Collective. What atoms tell their ghosts, in as few exchanges as have room for it
+// Collective. What atoms tell their ghosts
 void PairHistories::share(Sharing when)
 {
-  constexpr int WIDTH = PerAtomComm::WIDTH;
-  std::vector<PerAtomComm::Values> exchanges;
+  int width = 0;
+  effects.for_each([&](const Effect &one) {
+    width += one.shared_width(when);
+  });
+  if (width == 0) return;
+  AtomValues values(width, lists.nall);
   const auto for_each_part = [&](auto &&f) {
-    size_t number = 0;
-    int used = WIDTH;
+    int first = 0;
     effects.for_each([&](Effect &one) {
       const int own = one.shared_width(when);
-      if (own == 0) return;
-      if (used + own > WIDTH) {
-        used = 0;
-        if (++number > exchanges.size()) exchanges.emplace_back((size_t) WIDTH * lists.nall, 0.0);
-      }
-      f(one, ValuesOfAtoms{exchanges[number - 1].data() + used, WIDTH});
-      used += own;
+      if (own > 0) f(one, ValuesOfAtoms{values, first});
+      first += own;
     });
   };
   for_each_part([when](const Effect &one, const ValuesOfAtoms &part) {
     one.put_shared(when, part);
   });
-  if (exchanges.empty()) return;
-  for (PerAtomComm::Values &values : exchanges) exchange->forward_comm(values);
+  exchange->forward_comm(values);
   for_each_part([when](Effect &one, const ValuesOfAtoms &part) {
     one.set_shared(when, part);
   });
@@ -176,9 +173,8 @@ bool PairHistories::would_change() const
 // by the force loop, at the present positions, where bonds fail too: a minimization leaves that to its end
 void PairHistories::find_next()
 {
-  std::vector<double> scratch((size_t) 3 * lists.nall, 0.0);
-  const ParticleView view = {scene::rows(atom->x), nullptr,
-                             reinterpret_cast<double(*)[3]>(scratch.data()), lists.nreact};
+  AtomValues scratch(3, lists.nall);
+  const ParticleView view = {scene::rows(atom->x), nullptr, scratch.rows(), lists.nreact};
   find_owners();
   ends.clear();
   ends.criteria.clear();
@@ -316,6 +312,7 @@ void PairHistories::return_to(const BondStore &store)
 void PairHistories::return_due()
 {
   if (rules.plastic) add_moves();
+  add_changes();
   tell_owners();
   if (rules.joins()) warn_of_jumps();
   journal.clear();
@@ -340,8 +337,8 @@ void PairHistories::apply(const PairEvent &event)
     if (!records->find_remembered(event.i, event.partner))
       records->remembered_of(event.i).push_back({event.partner, event.deq, kind});
   };
-  if (event.what == PairEvent::MOVED)
-    records->move(event.i, event.partner, event.deq);
+  if (event.what == PairEvent::CHANGED)
+    records->set(event.i, event.partner, BOND_VALUES[event.line].value, event.deq);
   else if (event.what == PairEvent::REMEMBERED)
     remember(Remembered::CONTACT);
   else if (event.what == PairEvent::INSIDE)
@@ -373,7 +370,7 @@ void PairHistories::add_moves()
         };
         if (list->are_bonds) {    // one that began since is not in the records yet
           const BondRecord *const bond = records->find(i, tag[j]);
-          if (!bond || 1.0 / bond->deq / growth != inv_deq) note(PairEvent::MOVED);
+          if (!bond || 1.0 / bond->deq / growth != inv_deq) note(PairEvent::CHANGED);
           if (list->joins && list->join[k] != 0) note(PairEvent::JOINED);
         } else if (list->joins && (list->join[k] & PairList::NOT_BEFORE_APART))
           note(PairEvent::INSIDE);
@@ -383,14 +380,29 @@ void PairHistories::add_moves()
       }
 }
 
+// What effects have changed in columns of the bonds
+void PairHistories::add_changes()
+{
+  for (const PairList::Column &column : lists.bonds.columns)
+    for (const PackedRow &row : lists.bonds.rows)
+      for (int k = row.first; column.line >= 0 && k < row.last; k++) {
+        const int j = lists.bonds.j[k];
+        if (is_copy(row.i, j)) continue;
+        const BondRecord *const bond = records->find(row.i, atom->tag[j]);
+        const double now = column.values[k];
+        if (now != (bond ? bond->*BOND_VALUES[column.line].value : column.of_new))
+          journal.push_back({row.i, j, atom->tag[j], now, PairEvent::CHANGED, column.line});
+      }
+}
+
 // Atoms and ghosts are those that the list was packed for
 void PairHistories::tell_owners()
 {
   const int nlocal = lists.nlocal;
-  PerAtomComm::Values owner((size_t) 3 * lists.nall, 0.0);    // rank, local index
+  AtomValues owner(2, lists.nall);    // rank, local index
   for (int i = 0; i < nlocal; i++) {
-    owner[(size_t) 3 * i] = comm->me;
-    owner[(size_t) 3 * i + 1] = i;
+    owner[i][0] = comm->me;
+    owner[i][1] = i;
   }
   exchange->forward_comm(owner);
 
@@ -400,13 +412,13 @@ void PairHistories::tell_owners()
     if (event.j >= 0 && is_copy(event.i, event.j)) continue;
     apply(event);
     if (event.j < 0) continue;
-    PairEvent other = {event.j, -1, atom->tag[event.i], event.deq, event.what};
+    PairEvent other = {event.j, -1, atom->tag[event.i], event.deq, event.what, event.line};
     if (event.j < nlocal) {
       apply(other);
       continue;
     }
-    other.i = (int) owner[(size_t) 3 * event.j + 1];
-    ranks.push_back((int) owner[(size_t) 3 * event.j]);
+    other.i = (int) owner[event.j][1];
+    ranks.push_back((int) owner[event.j][0]);
     messages.push_back(other);
   }
   Irregular irregular(lmp);
@@ -420,14 +432,15 @@ void PairHistories::tell_owners()
 // Collective. Of atoms by ID, on any MPI rank
 std::vector<Vector> PairHistories::places_of(const std::vector<tagint> &ids) const
 {
-  std::vector<double> coordinates(atom->nlocal), found(3 * ids.size());
+  std::vector<double> coordinates(atom->nlocal);
+  AtomValues found(3, ids.size());
   for (int c = 0; c < 3; c++) {
     for (int i = 0; i < atom->nlocal; i++) coordinates[i] = atom->x[i][c];
     const AtomDirectory directory(lmp, ids, coordinates.data());
-    for (size_t k = 0; k < ids.size(); k++) found[3 * k + c] = directory.entries.at(ids[k]).value;
+    for (size_t k = 0; k < ids.size(); k++) found[k][c] = directory.entries.at(ids[k]).value;
   }
   std::vector<Vector> places(ids.size());
-  for (size_t k = 0; k < ids.size(); k++) places[k] = vector_of(found, (int) k);
+  for (size_t k = 0; k < ids.size(); k++) places[k] = Vector(found[k]);
   return places;
 }
 

@@ -29,7 +29,7 @@ class PairHistories : protected Pointers {
   {
   }
 
-  /// At set-up: the records, and an exchange of three values per atom, both of fix evp/bonds.
+  /// At set-up: the records, and an exchange of values of atoms, both of fix evp/bonds.
   void begin_run(BondStore *, PerAtomComm *, bool keeps_events);
 
   /// Ends and begins of bonds since someone took them, where they are kept.
@@ -69,7 +69,6 @@ class PairHistories : protected Pointers {
   /// That the records are in.
   BondStore &store() { return *records; }
 
-  /// Of three values per atom.
   PerAtomComm &exchange_of_atoms() { return *exchange; }
 
   /// Would commit() change any, by what the last forces of this MPI rank found?
@@ -77,6 +76,9 @@ class PairHistories : protected Pointers {
 
   /// Are there any that the records have not been told of?
   bool are_due() const { return due; }
+
+  /// Collective. An effect has changed columns of bonds that return to the records.
+  void note_change() { due = true; }
 
   /// They are of records that have gone.
   void drop()
@@ -131,7 +133,7 @@ class PairHistories : protected Pointers {
   /// message to the rank of i.
   struct PairEvent {
     enum What : int64_t {
-      MOVED,         ///< deq of a bond, to this
+      CHANGED,       ///< a value of a bond, to this
       ENDED,         ///< a bond, past dlim; deq: of what is left of it
       FAILED,        ///< the same at a strain
       REMEMBERED,    ///< a contact that has flowed, to this deq
@@ -143,10 +145,11 @@ class PairHistories : protected Pointers {
     tagint partner;
     double deq;
     int64_t what;
+    int64_t line = 0;    ///< of BOND_VALUES
   };
 
   OwnerDistances owners;
-  std::vector<double> periods;    // of its shifts
+  AtomValues periods{3};    // of its shifts
   EndingBonds ends;
   BeginningBonds begins;
   std::vector<PairEvent>
@@ -183,6 +186,7 @@ class PairHistories : protected Pointers {
   void return_due();
   void tell_owners();
   void add_moves();
+  void add_changes();
 };
 
 }    // namespace EVP

@@ -25,7 +25,7 @@ void Plasticity::bring_sums_home()
   pairs.effects.for_each([&](Effect &other) {
     other.add_plastic_work(work);
   });
-  std::fill(sums.values.begin() + (size_t) FlowSums::WIDTH * nlocal, sums.values.end(), 0.0);
+  std::fill(sums.values[nlocal], sums.values.end(), 0.0);
 }
 
 void Plasticity::update_effect()

@@ -143,8 +143,8 @@ void FixDtEVP::warn_of_displacement(double dt)
 bool FixDtEVP::find_fastest(double dt)
 {
   const int nlocal = atom->nlocal, nall = nlocal + atom->nghost;
-  velocity.resize((size_t) 3 * nall);
-  std::copy_n(atom->v[0], (size_t) 3 * nlocal, velocity.begin());
+  velocity.resize(nall);
+  velocity.set_first(nlocal, atom->v[0]);
   forward_comm_velocities(velocity);
 
   const double share = is_resolved() ? displacement : PASSES;
@@ -153,7 +153,7 @@ bool FixDtEVP::find_fastest(double dt)
   bool meets = false;
   for_each_pair(pair_data->packed_pairs(), scene::rows(atom->x), [&](const PlacedPair &p) {
     if (!((atom->mask[p.i] | atom->mask[p.j]) & groupbit)) return;
-    const Vector v = vector_of(velocity, p.i) - vector_of(velocity, p.j);
+    const Vector v = Vector(velocity[p.i]) - Vector(velocity[p.j]);
     const double speed_times_d = dot(p.g, v);
     if (!p.is_past_cutoff() || speed_times_d < 0.0) meets = true;
 

@@ -55,7 +55,7 @@ class FixDtEVP : public EVP::WithPerAtomComm<Fix> {
   EVP::PairData *pair_data = nullptr;
   EVP::StableTimesteps limits;
 
-  Values velocity;    // with ghosts
+  EVP::AtomValues velocity{3};    // with ghosts
   double stable_dt = NO_LIMIT;
   // row sums bound the largest stable timestep from below: the ratio to this bound, and the bound, when last by eigenvalues
   double last_ratio = 0.0, last_bound = 0.0;

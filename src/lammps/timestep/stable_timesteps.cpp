@@ -29,13 +29,12 @@ void StableTimesteps::linearise(const PairData &pair_data, const FreeAtoms &free
   all_converged = true;
   set_atoms(free);
   implicit_groupbits = pair_data.implicit_groupbits();
-  linear.with_densities = false;
   linear.nreact = pair_data.packed_pairs().nreact;
   set_pairs(pair_data);
   pair_data.effects.for_each([this](Effect &one) {
     one.add_stiffness(linear);
   });
-  if (linear.with_densities) linear.find_springs_above_density();
+  linear.find_springs_above_density();
   least_damping = NO_LIMIT;
   bool damped = false, undamped = false;
   for (size_t k = 0; k < linear.links.size(); k++) {
@@ -58,20 +57,19 @@ void StableTimesteps::set_atoms(const FreeAtoms &free)
   for (int i = 0; i < nall; i++)
     if (free.has(atom->mask[i])) linear.inverse_mass[i] = scene::inverse_mass(atom, force, i);
   // any start will do; this one is the same on every number of MPI ranks
-  linear.start.assign((size_t) 3 * nlocal, 0.0);
+  linear.start.assign(nlocal, 0.0);
   for (int i = 0; i < nlocal; i++)
     for (int c = 0; c < 3 && linear.is_free(i); c++) {
       uint64_t z = 0x9e3779b97f4a7c15ULL * (3 * (uint64_t) atom->tag[i] + c + 1);
       z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-      linear.start[(size_t) 3 * i + c] = (double) ((z ^ (z >> 27)) >> 11) * 0x1.0p-53 - 0.5;
+      linear.start[i][c] = (double) ((z ^ (z >> 27)) >> 11) * 0x1.0p-53 - 0.5;
     }
 }
 
 void StableTimesteps::set_pairs(const PairData &pair_data)
 {
   linear.links.clear();
-  linear.density_links.clear();
-  linear.density_stiffness.clear();
+  linear.densities.clear();
   linear.links.reserve(pair_data.packed_pairs().size());
   for_each_pair(pair_data.packed_pairs(), scene::rows(atom->x), [&](const PlacedPair &p) {
     if ((!linear.is_free(p.i) && !linear.is_free(p.j)) || !p.acts()) return;
@@ -137,7 +135,7 @@ double StableTimesteps::implicit_dt()
   const bool is_at_rest = highest_row_sum(REST) < 1e-12 * highest_row_sum(AXIAL);
   const double rest = is_at_rest ? 0.0 : largest_eigenvalue(REST);
   const double axial = rest > 0.0 ? largest_eigenvalue(AXIAL) : lambda_k();
-  return implicit_dt(axial, rest, linear.with_densities || any_undamped ? undamped_dt() : 0.0);
+  return implicit_dt(axial, rest, !linear.densities.empty() || any_undamped ? undamped_dt() : 0.0);
 }
 
 double StableTimesteps::bound() const
@@ -182,11 +180,11 @@ double StableTimesteps::paper_dt(const PairData &pair_data) const
 
 double StableTimesteps::row_sum_dt(bool with_damping) const
 {
-  const std::vector<double> k = linear.row_sums({1.0, 1.0, 0.0, 1.0});
-  std::vector<double> c(k.size(), 0.0);
+  const AtomValues k = linear.row_sums({1.0, 1.0, 0.0, 1.0});
+  AtomValues c(3, k.size());
   if (with_damping && any_damped) c = linear.row_sums({0.0, 0.0, 1.0});
   double here = NO_LIMIT;
-  for (size_t n = 0; n < k.size(); n++) here = std::min(here, root_of(k[n], c[n]));
+  for (size_t n = 0; n < k.numbers(); n++) here = std::min(here, root_of(k.flat(n), c.flat(n)));
   return reduce_all(here, MPI_MIN, world);
 }
 

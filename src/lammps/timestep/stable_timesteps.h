@@ -15,7 +15,7 @@ class StableTimesteps : protected Pointers {
   static constexpr double ACCURACY = 1.0e-3;     ///< of what the explicit limit is corrected to
   static constexpr int MAX_ITERATIONS = 500;
 
-  /// exchange: of three values per atom and ghost.
+  /// exchange: of up to three values per atom.
   StableTimesteps(LAMMPS *lmp, PerAtomComm &exchange) : Pointers(lmp), linear(exchange) {}
 
   /// Atoms of the first groups and of none of the others, as bits. The rest is held.

@@ -43,6 +43,8 @@ FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : WithPerAtomComm(
   });
   scene::demand_only_one(modify, error, this, who);
 
+  comm_forward = VolumeForces::MOST_PULLS;
+  comm_reverse = VolumeForces::MOST_DENSITIES;
   create_attribute = 1;
   energy_global_flag = energy_peratom_flag = thermo_energy = 1;
   scene::offer_values(this, (int) strains.size());
@@ -57,9 +59,7 @@ FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : WithPerAtomComm(
 
 void FixEVPVolume::init()
 {
-  const PairData *const pair_data = PairData::require(force, error, who);
-  comm_forward = VolumeForces::npulls(pair_data->rules());    // before LAMMPS makes its buffers
-  comm_reverse = VolumeForces::ncolumns(pair_data->rules());
+  PairData::require(force, error, who);
   scene::refuse_respa(update, error, who);
   strains_step = -1;
   if (!forces->acts()) {

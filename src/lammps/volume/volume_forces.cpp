@@ -43,13 +43,13 @@ std::string VolumeForces::describe() const
 void VolumeForces::pairs_packed(const NeighList *neighbors, bool /*is_first*/)
 {
   PairLists &lists = pairs->lists();
-  const PairRules &rules = pairs->rules();
   BondStore *const store = &this->store();
   records = store->columns<VolumeRecord>();
-  bonds_end = rules.breaks();
-  is_plastic = rules.plastic;
-  columns = Columns(rules);
-  stride = npulls(rules);
+  bonds_end = pairs->bonds_can_fail();
+  is_plastic = pairs->rules().plastic;
+  columns = Columns(*pairs);
+  densities.set_width(columns.n);
+  pulls.set_width(is_plastic ? PUSHING + 1 : PULLING + 1);
   leaving.clear();
   far.clear();
   VolumeScene now = {reaches(), exclusions()};
@@ -73,14 +73,14 @@ void VolumeForces::pairs_packed(const NeighList *neighbors, bool /*is_first*/)
   }
   words = now.words();
 
-  batches.assign((size_t) stride * lists.nall, 0.0);
+  batches.assign(lists.nall, 0.0);
   for (int i = 0; i < lists.nlocal; i++) {
-    batches[stride * (size_t) i] = records[i].batch;
-    batches[stride * (size_t) i + 1] = openness(i, false);
+    batches[i][0] = records[i].batch;
+    batches[i][1] = openness(i, false);
   }
   exchange.forward_comm(batches);
   set_openness(is_plastic ? lists.nall : 0, [this](int i) {
-    return batches[stride * (size_t) i + 1];
+    return batches[i][1];
   });
 
   PairList &bonds = lists.bonds;
@@ -238,7 +238,7 @@ void VolumeForces::add_leaving(const std::vector<int> &ended)
   const PairLists &lists = pairs->lists();
   constexpr double SOME = std::numeric_limits<double>::min();    // tells that one leaves
   const auto add = [&](int i, double share, int kind) {
-    densities[columns.n * (size_t) i + kind] += std::max(share, SOME);
+    densities[i][kind] += std::max(share, SOME);
   };
   for (const int i : far) add(i, 0.0, columns.to_new);
   for (const int k : ended) {
@@ -290,7 +290,7 @@ std::optional<VolumeReference> VolumeForces::find_change(int i)
 {
   if (!has_strain(i)) return std::nullopt;
   VolumeReference reference = records[i].reference;
-  double *const own = &densities[columns.n * (size_t) i];
+  double *const own = densities[i];
   bool changes = false;
   if (any_open && (own[CEASED] > 0.0 || open[i] == OPENS)) {
     changes = true;
@@ -356,7 +356,7 @@ double VolumeForces::force_between(int i, int j, double d, const PackedPair &pai
 {
   const double alpha = pairs->law_of(pair).row.alpha;
   const bool bond = pair.is_bond && !pair.has_joined && d * d <= pair.cutsq;
-  if (stride * (size_t) std::max(i, j) >= pulls.size() || !are_pair(i, j, bond)) return 0.0;
+  if ((size_t) std::max(i, j) >= pulls.size() || !are_pair(i, j, bond)) return 0.0;
   const double end =
       reach(alpha) * pairs->lists().growth_of(i, j) * (atom->radius[i] + atom->radius[j]);
   const Density column = bond ? BONDED : is_beside_open(i, j) ? PUSHING : PULLING;
@@ -482,16 +482,15 @@ void VolumeForces::note_bonds_at_rest()
 {
   const PairLists &lists = pairs->lists();
   const std::vector<double> &inv_dlim_of = lists.bonds.columns[inv_dlim].values;
-  const int width = columns.n;
-  Values sums((size_t) width * lists.nall, 0.0);
+  AtomValues sums(2, lists.nall);
   const auto add = [&](const PlacedPair &p, double inv_dlim, Ends ends) {
     if (!(inv_dlim < HUGE_VAL)) return;    // of a pair of another style
     NeighborDensity share{};
     share.add(1.0 / p.inv_deq, 1.0 / inv_dlim);
     for (const auto &[i, end] : {std::pair(p.i, VolumePasses::ROW), {p.j, VolumePasses::PARTNER}}) {
       if (!(ends & end) || (i == p.j && p.j >= lists.nreact)) continue;
-      sums[width * (size_t) i] += share.rho;
-      sums[width * (size_t) i + 1] += share.slope;
+      sums[i][0] += share.rho;
+      sums[i][1] += share.slope;
     }
   };
   EVP::for_each_pair(lists.bonds, scene::rows(atom->x), [&](const PlacedPair &p) {
@@ -500,8 +499,7 @@ void VolumeForces::note_bonds_at_rest()
     add(p, ends == BOTH ? inv_dlim_of[p.index] : 1.0 / dlim(p.i, p.j, true), ends);
   });
   exchange.reverse_comm(sums);
-  for (int i = 0; i < lists.nlocal; i++)
-    records[i].at_rest = {sums[width * (size_t) i], sums[width * (size_t) i + 1]};
+  for (int i = 0; i < lists.nlocal; i++) records[i].at_rest = {sums[i][0], sums[i][1]};
 }
 
 // Collective. The gap of each atom to the mean of its type, of those that are not at a surface: these have a slope far below
@@ -536,7 +534,7 @@ void VolumeForces::before_forces(const ParticleView &view)
 {
   const PairLists &lists = pairs->lists();
   const std::vector<double> &inv_dlim_of = lists.bonds.columns[inv_dlim].values;
-  densities.assign((size_t) columns.n * lists.nall, 0.0);
+  densities.assign(lists.nall, 0.0);
   EndingBonds ends;    // the same as by the forces to come
   ends.criteria = pairs->ending().criteria;
   ends.owners = pairs->ending().owners;
@@ -553,7 +551,7 @@ void VolumeForces::before_forces(const ParticleView &view)
   exchange.reverse_comm(densities);
 
   leaving.clear();
-  pulls.assign((size_t) stride * lists.nall, 0.0);
+  pulls.assign(lists.nall, 0.0);
   strains.resize(lists.nlocal);
   energy_here = 0.0;
   for (int i = 0; i < lists.nlocal; i++) {
@@ -561,7 +559,7 @@ void VolumeForces::before_forces(const ParticleView &view)
       if (const auto reference = find_change(i)) leaving.push_back({i, *reference});
     const VolumeState now = state(i);
     strains[i] = now.strain;
-    double *const own = &pulls[stride * (size_t) i];
+    double *const own = pulls[i];
     own[BONDED] = now.bonded;
     own[PULLING] = now.pulling;
     if (is_plastic) own[PUSHING] = now.pushing;
@@ -607,30 +605,20 @@ void VolumeForces::add_stiffness(StiffnessMatrix &matrix)
 {
   const auto kept = std::make_tuple(leaving, energy_here, strains);
   before_forces({pairs->positions(), nullptr, nullptr, pairs->lists().nreact});
-  matrix.with_densities = true;
-  for (int i = 0; i < atom->nlocal; i++) matrix.density_stiffness.push_back(state(i).stiffness);
-  std::vector<std::pair<std::pair<int, int>, size_t>> known;
-  for (size_t k = 0; k < matrix.links.size(); k++)
-    known.push_back({{matrix.links[k].i, matrix.links[k].j}, k});
-  std::sort(known.begin(), known.end());
-  matrix.density_links.resize(known.size());
+  StiffnessMatrix::Densities own;
+  for (int i = 0; i < atom->nlocal; i++) own.stiffness.push_back(state(i).stiffness);
+  StiffnessMatrix::Places places(matrix);
   for_each_pair([&](const PlacedPair &p, bool bond, double inv_dlim_of, double pull) {
     if (!matrix.is_free(p.i) && !matrix.is_free(p.j)) return;
-    const std::pair<int, int> pair = {p.i, p.j};
-    const auto found = std::lower_bound(known.begin(), known.end(), std::pair(pair, (size_t) 0));
     const double d = p.distance();
-    size_t k = matrix.links.size();
-    if (found != known.end() && found->first == pair)
-      k = found->second;
-    else {
-      matrix.links.push_back({p.i, p.j, p.direction(), 0.0, 0.0, 0.0});
-      matrix.density_links.emplace_back();
-    }
+    const size_t k = places.find_or_add(p.i, p.j, p.direction());
+    own.links.resize(matrix.links.size());
     const double slope = 2.0 * inv_dlim_of * (1.0 - d * inv_dlim_of);
-    matrix.density_links[k] = {slope, 0.0, bond};
+    own.links[k] = {slope, 0.0, bond};
     matrix.links[k].axial += std::max(0.0, -2.0 * pull * inv_dlim_of * inv_dlim_of);
     matrix.links[k].across += pull * slope / d;
   });
+  matrix.densities.push_back(own);
   std::tie(leaving, energy_here, strains) = kept;
 }
 

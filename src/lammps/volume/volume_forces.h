@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #pragma once
 
+#include "core/base/atom_values.h"
 #include "core/bonds/bond_store.h"
 #include "core/law/coefficients.h"
 #include "core/pairs/pairs.h"
@@ -26,12 +27,10 @@ namespace EVP {
 /// The volume energy of fix evp/volume on this MPI rank, which the pair style adds to its forces.
 class VolumeForces final : public Effect, protected Pointers {
  public:
-  using Values = PerAtomComm::Values;
-
   VolumeLaw law;
 
   /// kv: by atom type, from 1 [energy], or empty: those of the rows of the pair style.
-  /// The exchange of npulls() and ncolumns() values per atom is that of the fix.
+  /// The exchange is that of the fix.
   VolumeForces(const Fix *, LAMMPS *, const std::string &who, const std::vector<double> &kv,
                PerAtomComm &);
 
@@ -43,9 +42,8 @@ class VolumeForces final : public Effect, protected Pointers {
     });
   }
 
-  /// How many values per atom evaluate() sends to owners, and to ghosts.
-  static int ncolumns(const PairRules &rules) { return Columns(rules).n; }
-  static int npulls(const PairRules &rules) { return rules.plastic ? 3 : 2; }
+  /// How many values per atom are sent at most: to ghosts, and to owners.
+  static constexpr int MOST_PULLS = 3, MOST_DENSITIES = 7;
 
   // see Effect
 
@@ -103,7 +101,7 @@ class VolumeForces final : public Effect, protected Pointers {
 
   /// Volume strain and energy of a local atom.
   double strain(int i) const { return i < (int) strains.size() ? strains[i] : 0.0; }
-  bool has_strain(int i) const { return stride * (size_t) i < batches.size() && batch(i) > 0.0; }
+  bool has_strain(int i) const { return (size_t) i < batches.size() && batch(i) > 0.0; }
   double energy(int i) const { return state(i).energy; }
 
   double memory_usage() const
@@ -124,8 +122,8 @@ class VolumeForces final : public Effect, protected Pointers {
   SphereRecords<VolumeRecord> records;
   /// Pairs that count as without a bond: never bonded, broken, or joined since; their deq is their dlim.
   PairList unbonded{false};
-  size_t inv_dlim = 0;                                     // column of the bonds [1/length]
-  VolumePasses::Forces on_bonds{nullptr, {nullptr, 0}};    // as of the last evaluation
+  size_t inv_dlim = 0;                           // column of the bonds [1/length]
+  VolumePasses::Forces on_bonds{nullptr, {}};    // as of the last evaluation
 
   using Ends = VolumePasses::Ends;
   static constexpr Ends BOTH = VolumePasses::BOTH;
@@ -141,13 +139,15 @@ class VolumeForces final : public Effect, protected Pointers {
     /// After the densities, where bonds can break: shares of bonds that end in this step. to_new: the pair counts as a new one
     /// from then on. gone: it does not count any more, as its atoms are in two bodies. to_new_of_older: to_new, for the older
     /// atom of a bond with one that came later.
-    int to_new, gone, to_new_of_older, n;
+    int to_new = PUSHING, gone = 0, to_new_of_older = 0, n = PUSHING;
 
-    explicit Columns(const PairRules &rules) : to_new(rules.plastic ? CEASED + 1 : PUSHING)
+    Columns() = default;
+    explicit Columns(const PairData &pairs)
     {
+      to_new = pairs.rules().plastic ? CEASED + 1 : PUSHING;
       gone = to_new + 1;
       to_new_of_older = to_new + 2;
-      n = rules.breaks() ? to_new + 3 : to_new;
+      n = pairs.bonds_can_fail() ? to_new + 3 : to_new;
     }
   };
 
@@ -164,10 +164,9 @@ class VolumeForces final : public Effect, protected Pointers {
                                         Others{BONDED, VolumePasses::PARTNER}};
 
   bigint partners = -1;    // sum over the atoms with bonds, which tells whether they are the same
-  Columns columns{PairRules()};
-  int stride = 2;    // of pulls and batches
+  Columns columns;
   // of all atoms and ghosts; batches: the batch of each, then its openness at the packing
-  Values densities, pulls, batches;
+  AtomValues densities{columns.n}, pulls{2}, batches{2};
   std::vector<char> open;    // Openness of all atoms and ghosts; empty without plasticity
   bool any_open = false;
   std::vector<double> strains;    // of own atoms
@@ -195,17 +194,11 @@ class VolumeForces final : public Effect, protected Pointers {
   double kv_of(int i) const { return atom->mask[i] & fix->groupbit ? kv[atom->type[i]] : 0.0; }
   DensityNow density(int i) const
   {
-    const double *const own = &densities[columns.n * (size_t) i];
+    const double *const own = densities[i];
     return {own[BONDED], own[PULLING], is_plastic ? own[PUSHING] : 0.0};
   }
-  VolumePasses::Column<double> densities_of(Density column)
-  {
-    return {densities.data() + column, columns.n};
-  }
-  VolumePasses::Column<const double> pulls_of(Density column) const
-  {
-    return {pulls.data() + column, stride};
-  }
+  AtomColumn<double> densities_of(Density column) { return densities.column(column); }
+  AtomColumn<const double> pulls_of(Density column) const { return pulls.column(column); }
   enum Openness { CLOSED, IS_OPEN, OPENS };
   // of an own atom. opens: do those that are beyond cavitation open now?
   Openness openness(int i, bool opens) const;
@@ -221,7 +214,7 @@ class VolumeForces final : public Effect, protected Pointers {
     return (ends & VolumePasses::ROW ? pulls_of(column).of(i) : 0.0) +
         (ends & VolumePasses::PARTNER ? pulls_of(column).of(j) : 0.0);
   }
-  double batch(int i) const { return batches[stride * (size_t) i]; }
+  double batch(int i) const { return batches[i][0]; }
 
   // For which of its atoms a bond counts: for the later one alone, as the other one has its reference without it
   Ends ends_of_bond(int i, int j) const
