@@ -53,7 +53,7 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
     error->all(FLERR, "{}: the bonds come from the zone or from a file, give one of the two", who);
   scene::demand_only_one(modify, error, this, who);
 
-  comm_forward = 4;    // all effects that share values, see PairHistories::share()
+  comm_forward = 8;    // as many as effects may share, see PairHistories::share(); now up to 4
   restart_global = restart_peratom = 1;
   create_attribute = 1;
   stores_ids = 1;
@@ -176,9 +176,9 @@ void FixEVPBonds::return_histories()
 void FixEVPBonds::end_of_step()
 {
   counted_step = -1;    // what a fix before this one has asked for
-  if (!bonds->has_history() || ended_step == update->ntimestep) return;
+  if (ended_step == update->ntimestep) return;
   ended_step = update->ntimestep;
-  if (!stepping)
+  if (bonds->has_history() && !stepping)
     error->all(FLERR,
                "{}: rerun does not know how bonds have flowed or ended: use 'plasticity none' and "
                "'break none', or dumps of the values in the run itself",

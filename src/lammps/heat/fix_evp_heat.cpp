@@ -478,7 +478,7 @@ void FixEVPHeat::grow_new_atoms(Growth &growth)
   if (!on_any(any, world)) return;
   PairLists &lists = pair_data->lists();
   warm_new_atoms(lists);
-  AtomValues sent(2, nall);
+  AtomValues sent(2, nall);    // growth; has it come?
   for (int i = 0; i < nlocal; i++) {
     if (came[i]) grow_sphere(i);
     sent[i][0] = records[i].growth;

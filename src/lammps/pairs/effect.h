@@ -125,7 +125,7 @@ class Effect {
   /// Multiplies how far the bonds of each own atom hold.
   virtual void multiply_limits(std::vector<double> & /*factors*/) const {}
 
-  /// How many values atoms and ghosts get, three at most, those of own atoms, and what becomes of them.
+  /// How many values atoms and ghosts get, those of own atoms, and what becomes of them.
   virtual int shared_width(Sharing) const { return 0; }
   virtual void put_shared(Sharing, const ValuesOfAtoms &) const {}
   virtual void set_shared(Sharing, const ValuesOfAtoms &) {}

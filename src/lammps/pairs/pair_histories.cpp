@@ -149,7 +149,7 @@ void PairHistories::update_effects(Sharing when)
 
 void PairHistories::commit()
 {
-  due = true;
+  due = due || rules.has_history();
   effects.for_each([](Effect &one) {
     one.commit();
   });
