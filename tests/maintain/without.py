@@ -10,6 +10,7 @@ style is unknown; those are printed. Objects of build/ that depend on no deleted
 Exit status: 1 where it does not compile, or a test fails that does not name the effect.
 """
 
+import argparse
 import os
 import pathlib
 import re
@@ -89,14 +90,14 @@ def build_without(name, folder):
 def main(words=None):
     parser = command_line(__doc__)
     parser.add_argument("effect", choices=WORDS, metavar="volume|heat|damping|energy")
-    parser.add_argument("tests", nargs="*", default=["tests/lammps"], metavar="TEST", help="as pytest takes it (default: tests/lammps)")
+    parser.add_argument("tests", nargs=argparse.REMAINDER, metavar="TEST", help="and options, as pytest takes them (default: tests/lammps)")
     options = parser.parse_args(words)
     with errors_in_one_line("without.py"), tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         plugin = build_without(options.effect, folder)
         print(f"compiles without {', '.join(sorted({str(path.parent.relative_to(CHECKOUT)) for path in deleted_files(options.effect)}))}", flush=True)
         told = folder / "left_out"
-        done = subprocess.run([sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-q", *options.tests], cwd=CHECKOUT, check=False,
+        done = subprocess.run([sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-q", *(options.tests or ["tests/lammps"])], cwd=CHECKOUT, check=False,
                               env={**os.environ, "EVP_PLUGIN_DIR": str(plugin), "EVP_WITHOUT": " ".join(WORDS[options.effect]), "EVP_LEFT_OUT": str(told)})
         left_out = sorted(told.read_text(encoding="utf-8").splitlines()) if told.exists() else []
     print(f"left out, which name {' or '.join(WORDS[options.effect])}: {len(left_out)}", *left_out, sep="\n    ")
