@@ -2,11 +2,12 @@
 """Fixtures of the tests that run LAMMPS: the runner, and the bodies that several tests look at. A missing lmp fails the tests: nothing here skips."""
 
 import os
+import re
 
 import numpy as np
 import pytest
 from evp import law, specimen
-from lammps_run import LMP, REFERENCE, SECONDS, WITHOUT, named, read_dump, run_decks, run_lammps
+from lammps_run import DECKS, LMP, REFERENCE, SECONDS, WITHOUT, named, read_dump, run_decks, run_lammps
 from oracle import brute
 from robust import Bench
 from small_bodies import Body, lattice_body, wavy_velocities, write_body
@@ -35,14 +36,23 @@ def pytest_configure(config):
     config.addinivalue_line("markers", "ranks(*numbers): of MPI ranks that a robustness test runs on")
 
 
+def decks_of(source):
+    """The text of the decks that this text names, as tools run them, and of what they include."""
+    left, known = {name for name in re.findall(r"\bin\.\w+", source) if (DECKS / name).exists()}, {}
+    while left:
+        name = left.pop()
+        known[name] = (DECKS / name).read_text(encoding="utf-8")
+        left |= {other for other in re.findall(r"\b\w+\.lmp\b", known[name]) if (DECKS / other).exists()} - set(known)
+    return "".join(known.values())
+
+
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_makereport(item):
     """Without an effect tests that fail are left out if they named it: tests/maintain/without.py."""
     report = (yield).get_result()
     if not WITHOUT or not report.failed:
         return
-    source = str(item.function.__doc__) + report.longreprtext
-    if named or any(word in source for word in WITHOUT):
+    if named or any(word in report.longreprtext + decks_of(item.path.read_text(encoding="utf-8")) for word in WITHOUT):
         report.outcome, report.longrepr = "skipped", (str(item.path), item.location[1], "names the effect")
         with open(os.environ["EVP_LEFT_OUT"], "a", encoding="utf-8") as out:
             out.write(f"{item.nodeid}\n")
