@@ -17,6 +17,7 @@
 #include "neigh_list.h"
 #include "neighbor.h"
 
+#include <algorithm>
 #include <cmath>
 
 using namespace LAMMPS_NS;
@@ -314,15 +315,18 @@ void FixEVPBonds::pre_force(int /*vflag*/)
 void FixEVPBonds::record_new_atoms()
 {
   if (!takes_new && !pair_data->rules().joins()) return;
-  bool any = false;
-  for (int i = 0; i < atom->nlocal; i++) any = any || bonds->is_unseen(i);
-  if (!on_any(any, world)) return;
+  std::vector<char> are_new(atom->nlocal);
+  for (int i = 0; i < atom->nlocal; i++) are_new[i] = bonds->is_unseen(i);
+  if (!on_any(std::count(are_new.begin(), are_new.end(), 1) > 0, world)) return;
   BondRecording recording(lmp, this, who, bonds->within);
   stop_at_bad_input(error, who, [&] {
     record_from_list(recording, bonds.get());
   });
   recording.add_to(*bonds, takes_new);
   set_exchange_room();
+  pair_data->effects.for_each([&](Effect &one) {
+    one.atoms_recorded(are_new);
+  });
 }
 
 void FixEVPBonds::record_from_list(BondRecording &recording, const BondStore *store)

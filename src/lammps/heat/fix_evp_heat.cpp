@@ -54,7 +54,7 @@ FixEVPHeat::FixEVPHeat(LAMMPS *lmp, int narg, char **arg) : WithPerAtomComm(lmp,
   peratom_flag = peratom_freq = 1;
   size_peratom_cols = 0;
   create_attribute = 1;
-  maxexchange = 2;
+  maxexchange = 1;
   FixEVPHeat::grow_arrays(atom->nmax);
   atom->add_callback(Atom::GROW);
 }
@@ -109,7 +109,6 @@ void FixEVPHeat::init()
     for (int i = 0; i < atom->nlocal; i++) records[i].rate = 0.0;
   }
   // bonds that are there may hold too much: the first step sees to that, and to its work
-  if (!bonds->records()->has_recorded()) std::fill(came.begin(), came.end(), 0);
   if (!std::exchange(begun, true) && !bonds->records()->has_recorded()) update_effect();
   report_unlike_types();
 }
@@ -474,16 +473,18 @@ void FixEVPHeat::set_shared(Sharing when, const ValuesOfAtoms &values)
 void FixEVPHeat::grow_new_atoms(Growth &growth)
 {
   const int nlocal = atom->nlocal, nall = (int) growth.size();
-  const bool any = std::count(came.begin(), came.begin() + nlocal, 1) > 0;
-  if (!on_any(any, world)) return;
+  if (!on_any(!came.empty(), world)) return;
+  came.resize(nlocal);
   PairLists &lists = pair_data->lists();
   warm_new_atoms(lists);
   AtomValues sent(2, nall);    // growth; has it come?
   for (int i = 0; i < nlocal; i++) {
-    if (came[i]) grow_sphere(i);
+    if (came[i]) records[i].growth = growth_now(i);
     sent[i][0] = records[i].growth;
-    sent[i][1] = std::exchange(came[i], 0);
+    sent[i][1] = came[i];
   }
+  came.clear();
+  stop_at_growth();
   forward_comm(sent);
   std::map<tagint, int> atoms;    // any image will do
   for (int k = nall - 1; k >= 0; k--) {
@@ -513,14 +514,26 @@ void FixEVPHeat::grow_new_atoms(Growth &growth)
     }
 }
 
-void FixEVPHeat::grow_sphere(int i)
+// Collective
+void FixEVPHeat::stop_at_growth() const
 {
-  records[i].growth = growth_now(i);
-  if (!(std::fabs(records[i].growth - 1.0) <= MOST_EXPANSION))
-    error->one(FLERR,
-               "{}: the expansion of atom {} at {:.6g} would make it {:.4g} times as large, more "
-               "than {} off 1: check ALPHA and TREF of its row",
-               who, atom->tag[i], atom->temperature[i], records[i].growth, MOST_EXPANSION);
+  if (!expands) return;
+  tagint first = MAXTAGINT;
+  double most = 0.0;    // off 1
+  for (int i = 0; i < atom->nlocal; i++) {
+    const double off = std::fabs(records[i].growth - 1.0);
+    if (off <= MOST_EXPANSION) continue;
+    first = std::min(first, atom->tag[i]);
+    most = std::max(most, off);
+  }
+  first = reduce_all(first, MPI_MIN, world);
+  if (first == MAXTAGINT) return;
+  most = reduce_all(most, MPI_MAX, world);
+  error->all(
+      FLERR,
+      "{}: expansion would change the size of atoms by up to {:.4g} of it, first atom {}: more "
+      "than {}: check their temperatures, and ALPHA and TREF of their row",
+      who, most, first, MOST_EXPANSION);
 }
 
 // limits and lengths follow the temperatures and strain rates of now
@@ -529,8 +542,9 @@ void FixEVPHeat::update_effect()
   since_limits = 0.0;
   for (int i = 0; i < atom->nlocal; i++) {
     records[i].factor = factor_now(i);
-    grow_sphere(i);
+    records[i].growth = growth_now(i);
   }
+  stop_at_growth();
 }
 
 bool FixEVPHeat::was_changed() const

@@ -50,31 +50,23 @@ class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::Effect, public 
   {
     through.resize(nmax);
     vector_atom = through.data();
-    came.resize(nmax);
   }
-  void copy_arrays(int i, int j, int /*delflag*/) override
-  {
-    through[j] = through[i];
-    came[j] = came[i];
-  }
+  void copy_arrays(int i, int j, int /*delflag*/) override { through[j] = through[i]; }
   void set_arrays(int i) override
   {
     through[i] = 0.0;
-    came[i] = 1;
     // what a deleted atom or a ghost had is there
     if (atom->temperature && !reads_temperatures()) atom->temperature[i] = 0.0;
   }
   int pack_exchange(int i, double *buf) override
   {
-    buf[0] = through[i];
-    buf[1] = came[i];
-    return 2;
+    *buf = through[i];
+    return 1;
   }
   int unpack_exchange(int i, double *buf) override
   {
-    through[i] = buf[0];
-    came[i] = (char) buf[1];
-    return 2;
+    through[i] = *buf;
+    return 1;
   }
   double memory_usage() override;
 
@@ -87,6 +79,7 @@ class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::Effect, public 
   {
     return std::find(std::begin(OF_HEAT), std::end(OF_HEAT), member) != std::end(OF_HEAT);
   }
+  void atoms_recorded(const std::vector<char> &are_new) override { came = are_new; }
   void pairs_packed(const class NeighList *, bool) override;
   bool is_due() const override { return update->ntimestep % every == 0; }
   bool was_changed() const override;
@@ -183,7 +176,7 @@ class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::Effect, public 
   int unseen = 0;                 // times that heat was handed out near the limit since
   bigint limit_step = -1;         // step that it was found at
   std::vector<double> through;    // of the records, what went out at each atom: for f_ID
-  std::vector<char> came;         // atoms whose bonds have not been packed yet
+  std::vector<char> came;         // own atoms that have just been recorded; empty without
   bool limit_told = false;
   std::string last_unlike;
 
@@ -196,7 +189,7 @@ class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::Effect, public 
   {
     return EVP::thermal_growth(rows[atom->type[i]], atom->temperature[i]);
   }
-  void grow_sphere(int i);
+  void stop_at_growth() const;
   void grow_new_atoms(std::vector<double> &growth);
   bool is_free(int i) const { return atom->mask[i] & groupbit; }
   void check_atoms(const EVP::BondStore &) const;

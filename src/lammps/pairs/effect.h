@@ -104,6 +104,9 @@ class Effect {
 
   // 2. The pairs of a new neighbor list are packed. is_first: in this run
 
+  /// Own atoms that came later have just got their bonds, which are about to be packed. are_new: of each
+  virtual void atoms_recorded(const std::vector<char> & /*are_new*/) {}
+
   virtual void pairs_packed(const LAMMPS_NS::NeighList *, bool /*is_first*/) {}
 
   /// Must it know the bonds that are past the end of the list?
