@@ -15,6 +15,7 @@ import os
 import pathlib
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -82,7 +83,7 @@ def build_without(name, folder):
         return folder
     build = Build(folder / "copy")
     for layer in ("core", "lammps"):
-        subprocess.run(["rm", "-rf", str(folder / "copy" / "src" / layer / name)], check=True)
+        shutil.rmtree(folder / "copy" / "src" / layer / name, ignore_errors=True)
     (folder / "copy" / LIST).write_text(list_without(name), encoding="utf-8")
     build.make()
     return build.folder

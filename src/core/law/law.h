@@ -40,7 +40,7 @@ inline double log_of_ratio(double a, double b)
   return are_close(a, b) ? log_of_close_ratio(a, b) : std::log1p((a - b) / b);
 }
 
-/// What a pair holds above its energy at deq [energy]: by its elastic strain, and with eq. 8 by flow that it forgets.
+/// What a pair holds above its energy at deq [energy]: by its elastic strain, and with eq. 8 by its reversible flow.
 struct Stored {
   double elastic, second;
   double total() const { return elastic + second; }

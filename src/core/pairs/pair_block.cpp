@@ -34,7 +34,7 @@ namespace {
     if constexpr (Damping) block.damping[k] = acts ? -damping : 0.0;
   }
 
-  /// Pairs that forget their flow (eq. 8).
+  /// Pairs whose flow is reversible (eq. 8).
   template <class Powers, bool Many, bool Damping, bool Stored>
   EVP_INLINE void evaluate_reversible(const Laws<Powers> &all, PairBlock &block)
   {
@@ -65,7 +65,7 @@ namespace {
     }
   }
 
-  /// Pairs whose flow stays; contacts only repel, and flow in compression.
+  /// Pairs whose flow is plastic; contacts only repel, and flow in compression.
   template <class Powers, bool Many, bool Contact, bool Damping, bool Stored>
   EVP_INLINE void evaluate_flowing(const Laws<Powers> &all, PairBlock &block)
   {
@@ -112,16 +112,16 @@ namespace {
     }
     *flow.any_flow = moves > 0;
     if (moves == 0) return;    // mostly, and then only forces are written
-    int far = 0;
+    int not_close = 0;
     if (thinning < n) {
       EVP_INDEPENDENT
       for (int k = 0; k < n; k++) {
         flow.inv_deq_next[k] = next[k];
         flow.dissipated[k] = only.dissipated(force_d[k], log_of_close_ratio(ratio[k], elastic[k]));
-        far += (int) !are_close(ratio[k], elastic[k]);
+        not_close += (int) !are_close(ratio[k], elastic[k]);
       }
     }
-    for (int k = 0; far > 0 && k < n; k++)
+    for (int k = 0; not_close > 0 && k < n; k++)
       flow.dissipated[k] = only.dissipated(force_d[k], log_of_ratio(ratio[k], elastic[k]));
     if (thinning > 0) {
       EVP_INDEPENDENT

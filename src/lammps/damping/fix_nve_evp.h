@@ -28,8 +28,7 @@ namespace LAMMPS_NS {
 /// The records are unwrapped positions at the last solve, where a fix move may turn or accelerate atoms.
 class FixNVEEVP :
     public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, std::array<double, 3>>,
-    public EVP::Effect,
-    public EVP::HasEffect,
+    public EVP::EffectOfFix,
     public EVP::SolvedDamping {
  public:
   FixNVEEVP(class LAMMPS *, int, char **);
@@ -53,7 +52,6 @@ class FixNVEEVP :
 
   // see EVP::Effect and EVP::SolvedDamping; powers are known where an effect asks for them
 
-  std::shared_ptr<EVP::Effect> effect() override { return self; }
   int damped_groupbits() const override { return groupbit; }
   bool updates_each_step() const override { return true; }
   std::string describe() const override { return " by fix nve/evp"; }
@@ -87,8 +85,6 @@ class FixNVEEVP :
   std::vector<std::pair<const Fix *, std::string>> null_moves;    // of style move; components NULL
   bool forces_follow = false;    // fixes defined later add forces, at set-up after its solve
   bool powers_wanted = false;    // an effect asks for those of the dampers
-  std::shared_ptr<EVP::Effect> self{this, [](auto *) {
-                                    }};    // for the pairs, gone with the fix
   bool rotation_warned = false;
   bool positions_known = false;    // the records are those of the last solve
 

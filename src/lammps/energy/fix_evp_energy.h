@@ -194,8 +194,7 @@ namespace LAMMPS_NS {
 /// The force loop of the pair style sets the energies of pairs and their forces in `work`.
 class FixEVPEnergy :
     public EVP::AtomRecords<EVP::WithPerAtomComm<Fix>, EVP::AtomPast>,
-    public EVP::Effect,
-    public EVP::HasEffect {
+    public EVP::EffectOfFix {
  public:
   FixEVPEnergy(class LAMMPS *, int, char **);
   ~FixEVPEnergy() override { atom->delete_callback(id, Atom::GROW); }
@@ -217,8 +216,6 @@ class FixEVPEnergy :
   double compute_vector(int n) override;
   double memory_usage() override { return AtomRecords::memory_usage() + work.memory_usage(); }
   void set_arrays(int) override;
-
-  std::shared_ptr<EVP::Effect> effect() override { return self; }
 
   // see EVP::Effect
 
@@ -297,8 +294,6 @@ class FixEVPEnergy :
   EVP::PairWork work;
   bool reads = false;    // the forces of the evaluation under way
   EVP::BoxWork box{work};
-  std::shared_ptr<EVP::Effect> self{this, [](auto *) {
-                                    }};    // for the pairs, gone with the fix
 
   bool is_integrated(int i) const { return atom->mask[i] & integrated_groupbits; }
   EVP::ActingForces acting_forces() const;

@@ -6,6 +6,8 @@
 
 #include "comm.h"
 
+#include <map>
+
 namespace EVP {
 
 // what it holds, and will dissipate by the flow that is due at this distance
@@ -30,6 +32,32 @@ static double energy_of_pairs(PairData &pairs)
     sum += one.energy_of_present_positions();
   });
   return sum;
+}
+
+void rest_at_growth(PairData &pairs, const Growth &growth, const std::function<bool(int)> &came)
+{
+  const Atom *const atom = pairs.atoms();
+  PairLists &lists = pairs.lists();
+  BondStore &store = pairs.store();
+  std::map<tagint, int> places;    // any image will do
+  for (int k = lists.nall - 1; k >= 0; k--) places[atom->tag[k]] = k;
+  for (int i = 0; i < lists.nlocal; i++)
+    for (const BondRecord &bond : store.of(i)) {
+      const auto at = places.find((tagint) bond.partner);
+      if (at == places.end() || !(came(i) || came(at->second))) continue;
+      store.set(i, bond.partner, &BondRecord::deq,
+                bond.deq / (0.5 * (growth[i] + growth[at->second])));
+    }
+  PairList &bonds = lists.bonds;
+  for (const PackedRow &row : bonds.rows)
+    for (int k = row.first; k < row.last; k++) {
+      const int i = row.i, j = bonds.j[k];
+      if (!(came(i) || came(j))) continue;
+      const double dlim =
+          pairs.coefficients().law(bonds.law[k]).row.alpha * (atom->radius[i] + atom->radius[j]);
+      const Span span = pairs.rules().of_bond(store.find(i, atom->tag[j])->deq, dlim);
+      bonds.set(k, j, span.deq, span.cutoff, bonds.law[k]);
+    }
 }
 
 void grow_packed_pairs(PairData &pairs, const Growth &growth)

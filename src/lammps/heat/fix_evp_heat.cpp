@@ -18,7 +18,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <utility>
 
 using namespace LAMMPS_NS;
@@ -182,15 +181,14 @@ void FixEVPHeat::setup(int /*vflag*/)
   find_powers();
   find_links(pair_data->packed_pairs());
   const double step = every * update->dt;
-  const bool is_listed = step * eigenvalue_bound() > 2.0,
-             is_first = !std::exchange(limit_told, true);
-  if (is_listed || is_first) find_limit();
+  const bool is_near = step * eigenvalue_bound() > 2.0, is_first = !std::exchange(limit_told, true);
+  if (is_near || is_first) find_limit();
   if (is_first && comm->me == 0)
     utils::logmesg(lmp,
                    "fix evp/heat {}: largest stable thermal step {:.6g}, every {} steps of {:.6g}: "
                    "{:.6g}\n",
                    id, limit, every, update->dt, step);
-  if (is_listed && scene::makes_steps(lmp)) check_step(step);
+  if (is_near && scene::makes_steps(lmp)) check_step(step);
 }
 
 void FixEVPHeat::initial_integrate(int /*vflag*/)
@@ -338,7 +336,7 @@ void FixEVPHeat::unlisted_bonds_end(const std::vector<UnlistedBond> &bonds)
   for (const UnlistedBond &bond : bonds) add_heat(bond.i, -1, false, bond.state.stored.total());
 }
 
-void FixEVPHeat::pairs_packed(const NeighList *, bool /*is_first*/)
+void FixEVPHeat::pairs_packed(const NeighList *)
 {
   const PairLists &lists = pair_data->lists();
   generated.resize(lists.nall);    // all of them 0 where the list is another
@@ -468,8 +466,7 @@ void FixEVPHeat::set_shared(Sharing when, const ValuesOfAtoms &values)
   });
 }
 
-// Collective. What atoms that came later are bonded to at their temperatures is there without a force: the records have their
-// lengths at TREF
+// Collective. Atoms that came later are bonded without a force at the temperatures of now
 void FixEVPHeat::grow_new_atoms(Growth &growth)
 {
   const int nlocal = atom->nlocal, nall = (int) growth.size();
@@ -486,32 +483,10 @@ void FixEVPHeat::grow_new_atoms(Growth &growth)
   came.clear();
   stop_at_growth();
   forward_comm(sent);
-  std::map<tagint, int> atoms;    // any image will do
-  for (int k = nall - 1; k >= 0; k--) {
-    growth[k] = sent[k][0];
-    atoms[atom->tag[k]] = k;
-  }
-  const auto have_come = [&](int i, int j) {
-    return sent[i][1] + sent[j][1] > 0.0;
-  };
-  BondStore &store = pair_data->store();
-  for (int i = 0; i < nlocal; i++)
-    for (const BondRecord &bond : store.of(i)) {
-      const auto at = atoms.find((tagint) bond.partner);
-      if (at == atoms.end() || !have_come(i, at->second)) continue;
-      store.set(i, bond.partner, &BondRecord::deq,
-                bond.deq / (0.5 * (growth[i] + growth[at->second])));
-    }
-  PairList &bonds = lists.bonds;
-  for (const PackedRow &row : bonds.rows)
-    for (int k = row.first; k < row.last; k++) {
-      const int i = row.i, j = bonds.j[k];
-      if (!have_come(i, j)) continue;
-      const double dlim = pair_data->coefficients().law(bonds.law[k]).row.alpha *
-          (atom->radius[i] + atom->radius[j]);
-      const Span span = pair_data->rules().of_bond(store.find(i, atom->tag[j])->deq, dlim);
-      bonds.set(k, j, span.deq, span.cutoff, bonds.law[k]);
-    }
+  for (int k = 0; k < nall; k++) growth[k] = sent[k][0];
+  rest_at_growth(*pair_data, growth, [&sent](int k) {
+    return sent[k][1] > 0.0;
+  });
 }
 
 // Collective

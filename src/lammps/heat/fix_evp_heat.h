@@ -20,7 +20,7 @@ namespace LAMMPS_NS {
 
 /// Heat of deformation: what pairs dissipate warms their atoms, flows along the bonds and softens them. Temperatures and the
 /// heat flow of others are LAMMPS' own, of fix property/atom.
-class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::Effect, public EVP::HasEffect {
+class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::EffectOfFix {
  public:
   FixEVPHeat(class LAMMPS *, int, char **);
   ~FixEVPHeat() override;
@@ -43,7 +43,6 @@ class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::Effect, public 
   double compute_scalar() override;
   double compute_vector(int) override;
 
-  std::shared_ptr<EVP::Effect> effect() override { return self; }
   void keep_values(EVP::BondStore &) override;
 
   void grow_arrays(int nmax) override
@@ -80,7 +79,7 @@ class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::Effect, public 
     return std::find(std::begin(OF_HEAT), std::end(OF_HEAT), member) != std::end(OF_HEAT);
   }
   void atoms_recorded(const std::vector<char> &are_new) override { came = are_new; }
-  void pairs_packed(const class NeighList *, bool) override;
+  void pairs_packed(const class NeighList *) override;
   bool is_due() const override { return update->ntimestep % every == 0; }
   bool was_changed() const override;
   void begin_update() override;
@@ -139,8 +138,6 @@ class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::Effect, public 
 
   int every = 100;
   double of_plastic = 0.9;    // share of plastic work that is heat (Taylor and Quinney)
-  std::shared_ptr<EVP::Effect> self{this, [](auto *) {
-                                    }};    // for the pairs, gone with the fix
   EVP::PairData *pair_data = nullptr;
   std::vector<EVP::Row> rows;    // by type
   EVP::SphereRecords<EVP::HeatRecord> records;

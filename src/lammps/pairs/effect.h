@@ -102,12 +102,12 @@ class Effect {
   /// A part of the line that tells what acts.
   virtual std::string describe() const { return ""; }
 
-  // 2. The pairs of a new neighbor list are packed. is_first: in this run
+  // 2. The pairs of a new neighbor list are packed.
 
   /// Own atoms that came later have just got their bonds, which are about to be packed. are_new: of each
   virtual void atoms_recorded(const std::vector<char> & /*are_new*/) {}
 
-  virtual void pairs_packed(const LAMMPS_NS::NeighList *, bool /*is_first*/) {}
+  virtual void pairs_packed(const LAMMPS_NS::NeighList *) {}
 
   /// Must it know the bonds that are past the end of the list?
   virtual bool follows_unlisted_bonds() const { return false; }
@@ -155,7 +155,7 @@ class Effect {
 
   virtual void after_forces(const ParticleView &) {}
 
-  // 5. The end of a step, or of a minimization that came to rest: what the last forces found comes into force.
+  // 5. The end of a step, or of a minimization that came to rest: what the last forces found takes effect.
 
   virtual void commit() {}
   virtual void bond_ends(const EndingPair &) {}
@@ -163,7 +163,7 @@ class Effect {
   virtual void unlisted_bonds_end(const std::vector<UnlistedBond> &) {}
   virtual void committed() {}
 
-  // 6. Before atoms migrate, and before someone reads the records. are_due: has anything come into force since?
+  // 6. Before atoms migrate, and before someone reads the records. are_due: has anything taken effect since?
 
   virtual void return_to_records(bool /*are_due*/) {}
 
@@ -212,6 +212,19 @@ class HasEffect {
 
  protected:
   ~HasEffect() = default;
+};
+
+/// A fix that is an effect.
+class EffectOfFix : public Effect, public HasEffect {
+ public:
+  std::shared_ptr<Effect> effect() final { return self; }
+
+ protected:
+  ~EffectOfFix() = default;
+
+ private:
+  std::shared_ptr<Effect> self{this, [](Effect *) {
+                               }};    // gone with the fix
 };
 
 /// Those of a run, in the order in which they act.

@@ -409,7 +409,7 @@ bool PairData::pack(const NeighList *neighbors)
     if (is_incremental() && rules_.plastic)
       held_beyond_list += 0.5 * (bond.state.stored.total() + bond.state.dissipated);
   effects.for_each([&](Effect &one) {
-    one.pairs_packed(neighbors, is_first);
+    one.pairs_packed(neighbors);
     one.unlisted_bonds_found(histories.unlisted_bonds());
   });
 

@@ -309,7 +309,7 @@ void PairEVPLJ::sum_forces(bool damps)
   const bool energy = eflag_either != 0, incremental = pair_data.is_incremental();
   const bool each = eflag_atom || vflag_atom || cvflag_atom || num_tally_compute > 0;
   PairTally tally(this, lists.nlocal, force->newton_pair, energy, incremental);
-  // consumers: those that change forces
+  // consumers has those that change forces, and only reads from then on
   const auto add = [&](PairList &list, const BlockLaw &law) {
     PairSums sums(lists.nreact, energy, vflag_global != 0, incremental);
     if (evflag) consumers.push_back(each ? static_cast<PairConsumer *>(&tally) : &sums);

@@ -18,7 +18,7 @@
 namespace EVP {
 
 /// What the packed pairs have gone through since their records were told of it: where deq moves and bonds end, what the last
-/// forces found comes into force here, and nowhere else. So do the limits of the spheres.
+/// forces found takes effect here, and nowhere else. So do the limits of the spheres.
 class PairHistories : protected Pointers {
  public:
   PairHistories(LAMMPS *lmp, PairLists &lists_in, const Coefficients &coefficients_in,
@@ -60,7 +60,7 @@ class PairHistories : protected Pointers {
   /// last.
   void find_next();
 
-  /// At the end of each step and when a minimization is at rest: what the last forces found comes into force.
+  /// At the end of each step and when a minimization is at rest: what the last forces found takes effect.
   void commit();
 
   /// Collective. What the effects update: before forces where it is due, and when a minimization is at rest, after commit().

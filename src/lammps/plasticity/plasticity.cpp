@@ -2,8 +2,6 @@
 
 #include "lammps/plasticity/plasticity.h"
 
-#include "lammps/base/scene.h"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -121,9 +119,9 @@ void Plasticity::commit()
   for (PairList *list : {&lists.bonds, &lists.contacts}) commit_flow(*list, lists.nreact, sums);
 }
 
-void Plasticity::unlisted_bonds_end(const std::vector<UnlistedBond> &far)
+void Plasticity::unlisted_bonds_end(const std::vector<UnlistedBond> &bonds)
 {
-  for (const UnlistedBond &bond : far) {
+  for (const UnlistedBond &bond : bonds) {
     sums.of(bond.i, FlowSums::ENDED) += 1.0;
     sums.of(bond.i, FlowSums::WORK) += 0.5 * bond.state.dissipated;
     sums.of(bond.i, FlowSums::SLIP) += std::fabs(log_of_ratio(bond.state.inv_deq, 1.0 / bond.deq));

@@ -14,7 +14,7 @@ class Plasticity final : public Effect, public FailureCriterion {
  public:
   explicit Plasticity(PairData &pair_data) : pairs(pair_data) {}
 
-  void pairs_packed(const NeighList *, bool) override { sums.reset(pairs.lists().nall); }
+  void pairs_packed(const NeighList *) override { sums.reset(pairs.lists().nall); }
 
   bool was_changed() const override { return pairs.store().has_given(); }
   void begin_update() override { collect_sums(); }

@@ -40,7 +40,7 @@ std::string VolumeForces::describe() const
   return fmt::format(", volume energy from fix {}", fix->id);
 }
 
-void VolumeForces::pairs_packed(const NeighList *neighbors, bool /*is_first*/)
+void VolumeForces::pairs_packed(const NeighList *neighbors)
 {
   PairLists &lists = pairs->lists();
   BondStore *const store = &this->store();

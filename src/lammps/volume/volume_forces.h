@@ -63,7 +63,7 @@ class VolumeForces final : public Effect, protected Pointers {
   std::string describe() const override;
 
   /// Takes the pairs, and the references of new bonds.
-  void pairs_packed(const NeighList *, bool is_first) override;
+  void pairs_packed(const NeighList *) override;
   bool follows_unlisted_bonds() const override { return true; }
   void unlisted_bonds_found(const std::vector<UnlistedBond> &) override;
 
