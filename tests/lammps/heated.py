@@ -109,8 +109,8 @@ def lost_and_heat(run):
     return before["KinEng"] + before["c_turning"] - after["KinEng"] - after["c_turning"], after["f_heat[1]"]
 
 
-def stretched(row, newton="on", more="", speed=2.0, steps=500, dt=1e-6):
-    """A bond, between MPI ranks where there are two, that is stretched fast and then stopped."""
+def two_spheres(newton="on", types=1, right=0.005, temperature=293):
+    """Of a radius of 5 mm, the first one 5 mm left of the middle, the second one of the last type; between MPI ranks where there are two."""
     return f"""units si
 atom_style sphere
 atom_modify map yes
@@ -118,14 +118,19 @@ newton {newton}
 boundary f f f
 processors * 1 1
 region box block -0.05 0.05 -0.05 0.05 -0.05 0.05
-create_box 1 box
+create_box 2 box
 create_atoms 1 single -0.005 0 0
-create_atoms 1 single 0.005 0 0
+create_atoms {types} single {right:.17g} 0 0
 set group all diameter 0.01
 set group all density 2700
 neighbor 0.0006 bin
-{PROPERTIES}set group all temperature 293
-pair_style evp/lj contact repulsive plasticity isotropic
+{PROPERTIES}set group all temperature {temperature}
+"""
+
+
+def stretched(row, newton="on", more="", speed=2.0, steps=500, dt=1e-6):
+    """A bond, between MPI ranks where there are two, that is stretched fast and then stopped."""
+    return two_spheres(newton) + f"""pair_style evp/lj contact repulsive plasticity isotropic
 pair_coeff * * 80 8 4 3 8 4 {row} density 2700 capacity 900
 fix bonds all evp/bonds
 fix heat all evp/heat every 10

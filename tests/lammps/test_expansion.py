@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from evp import law
-from heated import LAYER, PROPERTIES, SOFTEN, plate, sheared
+from heated import LAYER, PROPERTIES, SOFTEN, plate, sheared, two_spheres
 from hostile import refused
 from lammps_run import REFERENCE, packed, run_decks, run_lammps
 from oracle import law as oracle
@@ -161,21 +161,7 @@ R = 0.005
 def two(plasticity="none", apart=1.0, bonded=True, volume=False, others="", contact="repulsive", fix="", more="", newton="on"):
     """Two spheres that do not move, recorded at rest where they are bonded, or 2.6 R apart, and then this times 2 R apart."""
     start = 2.0 * R if bonded else 2.6 * R
-    return f"""units si
-atom_style sphere
-atom_modify map yes
-newton {newton}
-boundary f f f
-processors * 1 1
-region box block -0.05 0.05 -0.05 0.05 -0.05 0.05
-create_box 2 box
-create_atoms 1 single {-R} 0 0
-create_atoms {2 if others else 1} single {start - R:.17g} 0 0
-set group all diameter {2 * R}
-set group all density 2700
-neighbor 0.0006 bin
-{PROPERTIES}set group all temperature {TREF}
-pair_style evp/lj contact {contact} plasticity {plasticity}
+    return two_spheres(newton, 2 if others else 1, start - R, TREF) + f"""pair_style evp/lj contact {contact} plasticity {plasticity}
 pair_coeff * * {WORDS} expansion {ALPHA} {TREF}
 {others}
 fix bonds all evp/bonds {fix or ("" if bonded else "zone 1.1")}
