@@ -2,13 +2,17 @@
 // The effects that rules of the pair style call for, and nothing else.
 
 #include "lammps/plasticity/plasticity.h"
+#include "lammps/yield/yield_condition.h"
 
 namespace EVP {
 
 std::vector<std::shared_ptr<Effect>> make_effects(PairData &pair_data)
 {
   std::vector<std::shared_ptr<Effect>> made;
-  if (pair_data.rules().plastic) made.push_back(std::make_shared<Plasticity>(pair_data));
+  if (pair_data.rules().plastic) {
+    made.push_back(std::make_shared<Plasticity>(pair_data));
+    made.push_back(std::make_shared<YieldCondition>(pair_data));
+  }
   return made;
 }
 

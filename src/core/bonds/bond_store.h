@@ -78,10 +78,10 @@ struct Sphere {
   double bonds;       ///< how many it had when p last moved on
   double recorded;    ///< how many were recorded
 
-  /// Takes the slips of its bonds into p; bonds_now: how many it has. Without any they are dropped.
-  void move_on(double bonds_now)
+  /// Takes the slips of its bonds into p; bonds_now: how many it has. Without any they are dropped. share: of them that hardens it.
+  void move_on(double bonds_now, double share = 1.0)
   {
-    if (bonds > 0.0) p += slip / (bonds * SLIP_PER_STRAIN);
+    if (bonds > 0.0) p += share * slip / (bonds * SLIP_PER_STRAIN);
     slip = 0.0;
     bonds = bonds_now;
   }

@@ -111,6 +111,17 @@ class Coefficients {
     return kv;
   }
 
+  /// What the bonds of a sphere of a type store as the body is compressed, over half of the square of its volume strain, in an affine
+  /// motion [energy]; 0 of types without `yield`.
+  double bulk_of_bonds(int type) const
+  {
+    const Row given = row(type, type);
+    return given.yield == 0.0
+        ? 0.0
+        : given.m1 * given.n1 * given.e1 * given.coordination / 18.0 *
+            scaling(type, type).factors.kv;
+  }
+
   /// Makes the laws of a pair of types from its row and the measures as they are now; throws BadInput.
   /// They stay until the next call, whatever becomes of both.
   const Row &make_law(int i, int j)

@@ -46,6 +46,7 @@ struct Row {
   double kv = 0.0;              ///< of fix evp/volume [energy]
   double density = 0.0;         ///< of the solid [mass/volume]
   FlowTable flow = {};          ///< with plasticity
+  double yield = 0.0;    ///< flow stress where the limit is xi_s [pressure]; 0: that which bonds make
   double limit_own =
       0.0;               ///< 1: its pairs hold by xi_s, whatever their spheres have gone through
   double thins = 0.0;    ///< 1: force and energy of its bonds go with Law::thickness()
@@ -153,6 +154,13 @@ namespace rule {
     if (row.soften_tref < 0.0)
       throw BadInput("melt needs soften TREF TMELT M in front of it, which says where it melts");
   }
+  inline void yield_stress(const Row &row, const Member *self)
+  {
+    positive(row, self);
+    if (!(row.density > 0.0 && row.coordination > 0.0))
+      throw BadInput("yield needs density, which says what stress a force of spheres is, and "
+                     "spacing and coordination of the body that the row was found on");
+  }
   inline void volume_stiffness(const Row &row, const Member *self)
   {
     demand(row.*self->value >= 0.0 && row.*self->value <= HIGHEST_KV, row, self,
@@ -176,6 +184,7 @@ constexpr Member MEMBERS[] = {
     {"coordination", &Row::coordination, rule::positive},
     {"kv", &Row::kv, rule::volume_stiffness},
     {"density", &Row::density, rule::positive},
+    {"yield", &Row::yield, rule::yield_stress},
     {"conductivity", &Row::conductivity, rule::positive},
     {"capacity", &Row::capacity, rule::positive},
     {"soften", &Row::soften_tref, rule::above_zero_temperature},

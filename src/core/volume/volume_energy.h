@@ -28,6 +28,12 @@ struct VolumeState {
   double strain;
 };
 
+/// What the volume energy takes over from bonds that yield under pressure, as no metal does: bulk/2 [y - from]^2 beside kv y^2/2.
+struct TakenOver {
+  double bulk = 0.0;    ///< what the bonds of a particle store, less the 1/2 theta^2 [energy]
+  double from = 0.0;    ///< strain where they yield
+};
+
 /// U = kv u(theta) of the volume strain theta = (rho0 - rho)/G, rho being the density of all pairs that pull.
 ///
 /// Expanded: u = theta^2/2 up to `cavitation`, from where the derivative falls, to 0 at twice that: what is torn pulls no
@@ -41,12 +47,17 @@ struct VolumeState {
 /// In its last term the gap is without the shares of pairs that pull no more: as they cease to, it stays, and so does the energy.
 ///
 /// Of a particle that is torn no pair without a bond pulls.
+///
+/// What is taken over goes with the strain y that has the same u = y^2/2. Expanded it grows no further from MOST_TAKEN_OVER on, and
+/// falls beyond `cavitation` as the rest does.
 class VolumeLaw {
  public:
   static constexpr double NEVER = std::numeric_limits<double>::infinity();
+  static constexpr double MOST_TAKEN_OVER = 0.006;
   double cavitation = 0.15;    ///< NEVER: no end
 
-  VolumeState state(double kv, const VolumeReference &reference, const DensityNow &densities) const
+  VolumeState state(double kv, const VolumeReference &reference, const DensityNow &densities,
+                    const TakenOver &taken = {}) const
   {
     const double slope = reference.own.slope;
     if (!(slope > 0.0)) return {};
@@ -62,6 +73,7 @@ class VolumeLaw {
       state.energy = kv * (cavitation * cavitation - 0.5 * left * left);
       state.bonded = state.pulling = scale * left;
     }
+    if (taken.bulk > 0.0 && theta > taken.from) take_over_expanded(taken, theta, per_slope, state);
     if (theta < 0.0 || some_push) {
       const double compressed = (now.bonded - reference.own.rho) * per_slope;
       const double own = std::max(0.0, compressed), gap = reference.gap * per_slope;
@@ -69,15 +81,21 @@ class VolumeLaw {
                                      : -theta;
       const double beyond = std::max(0.0, total - gap);
       const double counted = std::max(0.0, own - gap + reference.lost * per_slope);
+      const double squared = own * own + beyond * beyond - counted * counted;
+      const double y = taken.bulk > 0.0 && squared > 0.0 ? std::sqrt(squared) : 0.0;
+      const double more = y > taken.from ? y - taken.from : 0.0;
+      const double times = more > 0.0 ? 1.0 + taken.bulk / kv * more / y : 1.0;
       const double expanded = theta > 0.0 ? state.energy : 0.0,
                    pull = theta > 0.0 ? state.bonded : 0.0;
-      state.energy = expanded + 0.5 * kv * (own * own + beyond * beyond - counted * counted);
-      state.bonded = pull - scale * (own + beyond - counted);
-      state.pushing = -scale * beyond;
-      state.pulling = torn ? state.pushing : pull - scale * beyond;
+      state.energy = expanded + 0.5 * kv * squared;
+      if (more > 0.0) state.energy += 0.5 * taken.bulk * more * more;
+      state.bonded = pull - scale * times * (own + beyond - counted);
+      state.pushing = -scale * times * beyond;
+      state.pulling = torn ? state.pushing : pull - scale * times * beyond;
       if (gap > 0.0 || some_push)
         state.stiffness = {counted > 0.0 ? 0.0 : scale * per_slope,
                            beyond > 0.0 ? scale * per_slope : 0.0};
+      if (more > 0.0) state.stiffness = stiffened(state.stiffness, 1.0 + taken.bulk / kv);
     }
     return state;
   }
@@ -118,6 +136,30 @@ class VolumeLaw {
   }
 
  private:
+  static DensityStiffness stiffened(const DensityStiffness &stiffness, double times)
+  {
+    return {times * stiffness.bonded, times * stiffness.total};
+  }
+  void take_over_expanded(const TakenOver &taken, double theta, double per_slope,
+                          VolumeState &state) const
+  {
+    const auto stored = [](double more) {
+      const double most = std::min(more, MOST_TAKEN_OVER);
+      return most * (more - 0.5 * most);
+    };
+    double more = std::min(theta - taken.from, MOST_TAKEN_OVER), held = stored(theta - taken.from);
+    if (theta > cavitation) {
+      const double left = std::max(0.0, 2.0 - theta / cavitation);
+      more = left * std::min(cavitation - taken.from, MOST_TAKEN_OVER);
+      held = stored(cavitation - taken.from) +
+          0.5 * cavitation * (1.0 - left * left) *
+              std::min(cavitation - taken.from, MOST_TAKEN_OVER);
+    }
+    state.energy += taken.bulk * held;
+    state.bonded += taken.bulk * more * per_slope;
+    state.pulling += taken.bulk * more * per_slope;
+    state.stiffness.total += taken.bulk * per_slope * per_slope;
+  }
   static DensityNow that_act(bool torn, const DensityNow &now)
   {
     return torn ? DensityNow{now.bonded, 0.0, now.pulling + now.pushing} : now;

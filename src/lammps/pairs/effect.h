@@ -122,6 +122,9 @@ class Effect {
   virtual void begin_update() {}
   virtual void update_effect() {}
 
+  /// Multiplies the share of the slips of each own atom since the last update that hardens it.
+  virtual void multiply_hardening(std::vector<double> & /*shares*/) const {}
+
   /// The plastic strains of own atoms, once they are known. have_flowed: they are not given by users.
   virtual void strains_updated(const BondStore &, bool /*have_flowed*/) {}
 

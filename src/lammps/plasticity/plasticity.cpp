@@ -31,8 +31,12 @@ void Plasticity::update_effect()
   BondStore &store = pairs.store();
   were_given = store.has_given();
   const int nlocal = pairs.lists().nlocal;
+  std::vector<double> shares(nlocal, 1.0);
+  pairs.effects.for_each([&](const Effect &other) {
+    other.multiply_hardening(shares);
+  });
   for (int i = 0; i < nlocal; i++)
-    store.sphere(i).move_on((double) store.of(i).size() - sums.of(i, FlowSums::ENDED));
+    store.sphere(i).move_on((double) store.of(i).size() - sums.of(i, FlowSums::ENDED), shares[i]);
   pairs.effects.for_each([&](Effect &other) {
     other.strains_updated(store, true);
   });

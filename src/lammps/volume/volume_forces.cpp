@@ -18,12 +18,16 @@
 
 namespace EVP {
 
+/// Volume strain over xi_s where what bonds store under pressure is taken over. All of them yield at 3, the first ones below.
+constexpr double FROM = 2.0;
+
 VolumeForces::VolumeForces(const Fix *fix_in, LAMMPS *lmp, const std::string &who_in,
                            const std::vector<double> &kv_in, PerAtomComm &exchange_in) :
     Pointers(lmp),
     fix(fix_in), who(who_in), from_rows(kv_in.empty()), kv(kv_in), exchange(exchange_in)
 {
   if (from_rows) kv.assign(lmp->atom->ntypes + 1, 0.0);
+  taken.assign(lmp->atom->ntypes + 1, TakenOver());
 }
 
 void VolumeForces::rows_scaled(const Coefficients &coefficients)
@@ -32,7 +36,18 @@ void VolumeForces::rows_scaled(const Coefficients &coefficients)
     stop_at_bad_input(error, fmt::format("Pair evp/lj, types {} and {}", type, type), [&] {
       kv[type] = coefficients.kv(type);
     });
+  taken.assign(atom->ntypes + 1, TakenOver());
+  for (int type = 1; type <= atom->ntypes; type++)
+    if (kv[type] > 0.0)
+      taken[type] = {coefficients.bulk_of_bonds(type), FROM * coefficients.row(type, type).xi_s};
   if (!acts()) forget();
+}
+
+bool VolumeForces::takes_over() const
+{
+  return std::any_of(taken.begin(), taken.end(), [](const TakenOver &own) {
+    return own.bulk > 0.0;
+  });
 }
 
 std::string VolumeForces::describe() const

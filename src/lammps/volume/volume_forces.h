@@ -59,7 +59,10 @@ class VolumeForces final : public Effect, protected Pointers {
     store.keep<VolumeRecord>(acts() || store.has<VolumeRecord>());
   }
   bool needs_bonds() const override { return acts(); }
-  bool uses(double Row::*member) const override { return from_rows && member == &Row::kv; }
+  bool uses(double Row::*member) const override
+  {
+    return (from_rows && member == &Row::kv) || (member == &Row::yield && takes_over());
+  }
   std::string describe() const override;
 
   /// Takes the pairs, and the references of new bonds.
@@ -117,6 +120,7 @@ class VolumeForces final : public Effect, protected Pointers {
   const std::string who;
   const bool from_rows;
   std::vector<double> kv;
+  std::vector<TakenOver> taken;    // by atom type, from 1
   PerAtomComm &exchange;
   PairData *pairs = nullptr;    // of the run, as long as its lists hold
   SphereRecords<VolumeRecord> records;
@@ -207,7 +211,11 @@ class VolumeForces final : public Effect, protected Pointers {
   {
     return any_open && (open[i] != CLOSED || open[j] != CLOSED);
   }
-  VolumeState state(int i) const { return law.state(kv_of(i), reference(i), density(i)); }
+  VolumeState state(int i) const
+  {
+    return law.state(kv_of(i), reference(i), density(i), taken[atom->type[i]]);
+  }
+  bool takes_over() const;
   const VolumeReference &reference(int i) const;
   double pull(int i, int j, Density column, Ends ends) const
   {

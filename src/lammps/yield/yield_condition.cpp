@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "lammps/yield/yield_condition.h"
+
+#include "lammps/pairs/pair_data.h"
+
+#include "atom.h"
+
+#include <algorithm>
+#include <string>
+#include <tuple>
+#include <utility>
+
+namespace EVP {
+
+void StressSums::operator()(const PairRange &range, PairBlock &block)
+{
+  range.for_each_row([&](int i, int first, int last) {
+    for (int n = first; n < last; n++) {
+      const int k = n - range.first, j = range.list.j[n];
+      const double half = -0.5 * (damped ? block.force[k] - block.damping[k] : block.force[k]);
+      const double x = block.relative(0, k), y = block.relative(1, k), z = block.relative(2, k);
+      const Tensor share = {half * x * x, half * y * y, half * z * z,
+                            half * x * y, half * x * z, half * y * z};
+      for (size_t c = 0; c < share.size(); c++) sums[i][c] += share[c];
+      if (j >= nreact) continue;
+      for (size_t c = 0; c < share.size(); c++) sums[j][c] += share[c];
+    }
+  });
+}
+
+void YieldCondition::rows_scaled(const Coefficients &coefficients)
+{
+  rows.assign(pairs.atoms()->ntypes + 1, Row());
+  acts = false;
+  for (int type = 1; type < (int) rows.size(); type++) {
+    rows[type] = coefficients.row(type, type);
+    acts = acts || rows[type].yield > 0.0;
+  }
+}
+
+std::string YieldCondition::describe() const
+{
+  bool volume_yields = true;
+  pairs.effects.for_each([&](const Effect &other) {
+    volume_yields = volume_yields && (&other == this || !other.uses(&Row::yield));
+  });
+  return std::string(", spheres flow at the flow stress of their row") +
+      (volume_yields ? " (under pressure their bonds flow too: no fix evp/volume row)" : "");
+}
+
+void YieldCondition::keep_values(BondStore &store)
+{
+  store.keep<YieldRecord>(acts);
+  if (acts) records = store.columns<YieldRecord>();
+}
+
+const Row &YieldCondition::row_of(int i) const
+{
+  return rows[pairs.atoms()->type[i]];
+}
+
+// of the solid; 0 where the row has no density
+double YieldCondition::volume_of(int i) const
+{
+  const double density = row_of(i).density;
+  return density > 0.0 ? pairs.atoms()->rmass[i] / density : 0.0;
+}
+
+void YieldCondition::begin_update()
+{
+  const int nlocal = pairs.lists().nlocal;
+  std::vector<double> factors(nlocal, 1.0);    // of the others, such as by temperature
+  pairs.effects.for_each([&](const Effect &other) {
+    if (&other != this) other.multiply_limits(factors);
+  });
+  strains.resize(nlocal);
+  flow_stresses.resize(nlocal);
+  for (int i = 0; i < nlocal; i++) {
+    const Row &row = row_of(i);
+    strains[i] = pairs.store().sphere(i).p;
+    flow_stresses[i] = row.yield * pairs.limit_of(i)(strains[i], factors[i]) / row.xi_s;
+  }
+}
+
+void YieldCondition::multiply_hardening(std::vector<double> &shares) const
+{
+  for (size_t i = 0; i < shares.size(); i++)
+    if (!yielding::hardens(records[(int) i], flow_stresses[i])) shares[i] = 0.0;
+}
+
+void YieldCondition::strains_updated(const BondStore &store, bool have_flowed)
+{
+  for (int i = 0; have_flowed && i < (int) strains.size(); i++) {
+    const Row &row = row_of(i);
+    const Sphere &sphere = store.sphere(i);
+    const double growth = sphere.p - strains[i];
+    if (row.yield > 0.0 && growth > 0.0)
+      records[i].factor =
+          yielding::next_factor(records[i], growth, flow_stresses[i],
+                                yielding::is_at_surface(sphere.recorded, row));
+  }
+}
+
+void YieldCondition::multiply_limits(std::vector<double> &factors) const
+{
+  for (size_t i = 0; i < factors.size(); i++) factors[i] *= records[(int) i].factor;
+}
+
+void YieldCondition::before_forces(const ParticleView &view)
+{
+  if (!measures) return;
+  stresses.sums.assign(pairs.lists().nall, 0.0);
+  stresses.nreact = view.nreact;
+  stresses.damped = view.v != nullptr;
+}
+
+// Collective. The stress of each sphere, and the mean over it and those that it is bonded to
+void YieldCondition::after_forces(const ParticleView &view)
+{
+  if (!std::exchange(measures, false)) return;
+  enum { VOLUME = std::tuple_size<Tensor>::value, FACTOR, COUNT, WIDTH };
+  const PairLists &lists = pairs.lists();
+  pairs.exchange().reverse_comm(stresses.sums);
+  AtomValues own(WIDTH, lists.nall), around(WIDTH, lists.nall, 0.0);
+  for (int i = 0; i < lists.nlocal; i++) {
+    const double volume = volume_of(i);
+    for (int c = 0; c < VOLUME; c++) own[i][c] = volume > 0.0 ? stresses.sums[i][c] : 0.0;
+    own[i][VOLUME] = volume;
+    own[i][FACTOR] = records[i].factor;
+    own[i][COUNT] = 1.0;
+  }
+  pairs.exchange().forward_comm(own);
+  const auto add = [&](int to, int from) {
+    for (int c = 0; c < WIDTH; c++) around[to][c] += own[from][c];
+  };
+  for (int i = 0; i < lists.nlocal; i++) add(i, i);
+  for (const PackedRow &row : lists.bonds.rows)
+    for (int n = row.first; n < row.last; n++) {
+      add(row.i, lists.bonds.j[n]);
+      if (lists.bonds.j[n] < view.nreact) add(lists.bonds.j[n], row.i);
+    }
+  pairs.exchange().reverse_comm(around);
+
+  for (int i = 0; i < lists.nlocal; i++) {
+    if (!(own[i][VOLUME] > 0.0)) continue;
+    Tensor stress, mean;
+    for (int c = 0; c < VOLUME; c++) {
+      stress[c] = own[i][c] / own[i][VOLUME];
+      mean[c] = around[i][c] / around[i][VOLUME];
+    }
+    records[i].stress = equivalent_along(stress, mean);
+    records[i].stress_around = von_mises(mean);
+    records[i].factor_around = around[i][FACTOR] / around[i][COUNT];
+  }
+}
+
+}    // namespace EVP

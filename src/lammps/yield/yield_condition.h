@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-2.0-only
+#pragma once
+
+#include "core/base/atom_values.h"
+#include "core/pairs/pair_block.h"
+#include "core/yield/yield.h"
+#include "lammps/pairs/effect.h"
+
+#include <vector>
+
+namespace EVP {
+
+/// Adds up the stresses of spheres from the forces of a loop: half of the virial of each pair, without damping.
+class StressSums final : public PairConsumer {
+ public:
+  /// Of particles and ghosts, below nreact with the reactions: -1/2 sum of F/d r (x) r [energy], tension is positive.
+  AtomValues sums{(int) Tensor().size()};
+  int nreact = 0;
+  bool damped = false;    ///< do the blocks have forces of the damping?
+
+  void operator()(const PairRange &, PairBlock &) override;
+};
+
+/// Spheres flow at the flow stress of their row ('yield' of a row, with plasticity): see yielding.
+class YieldCondition final : public Effect {
+ public:
+  explicit YieldCondition(PairData &pair_data) : pairs(pair_data) {}
+
+  void rows_scaled(const Coefficients &) override;
+  bool begin_run(PairData &) override { return acts; }
+  void keep_values(BondStore &) override;
+  bool uses(double Row::*member) const override { return member == &Row::yield; }
+  std::string describe() const override;
+
+  void begin_update() override;
+  void update_effect() override { measures = true; }
+  void multiply_hardening(std::vector<double> &shares) const override;
+  void strains_updated(const BondStore &, bool have_flowed) override;
+  void multiply_limits(std::vector<double> &factors) const override;
+
+  // stresses are those of the forces after an update, and are taken at the next one
+  void before_forces(const ParticleView &) override;
+  PairConsumer *reads_forces(const PairList &) override { return measures ? &stresses : nullptr; }
+  void after_forces(const ParticleView &) override;
+
+ private:
+  PairData &pairs;
+  SphereRecords<YieldRecord> records;
+  std::vector<Row> rows;    // by atom type, from 1; of those without the condition yield is 0
+  bool acts = false, measures = false;
+  StressSums stresses;
+  std::vector<double> strains;         // plastic, of own atoms before the update
+  std::vector<double> flow_stresses;    // of own atoms at these; 0 without the condition
+
+  const Row &row_of(int i) const;
+  double volume_of(int i) const;
+};
+
+}    // namespace EVP
