@@ -37,6 +37,10 @@ def flowing_pair(contact="repulsive", broken=BREAK, row=ROW, kv=KV, fix=BONDS, p
     return pair(row, f"{contact} plasticity {plasticity} break {broken or 'none'}", fix) + (f"fix volume all evp/volume {kv}\n" if kv else "")
 
 
+def flow_words(table):
+    return f" flow {' '.join(map(str, table))}" if table else ""
+
+
 # to and fro: far beyond yield both ways within some hundred steps
 SHAKE = STIR + velocities("vx+200*(x-0.04)+70*sin(5.1*id)", "vy+70*cos(7.3*id)", "vz-200*(z-0.02)+70*sin(2.7*id)")
 

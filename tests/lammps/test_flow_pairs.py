@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from evp import law
 from oracle import metal
-from flowing import BONDS, KV, MOVE, SHAKE, assert_flowed, flowing_pair, largest_difference, lead, read_pairs
+from flowing import flow_words, BONDS, KV, MOVE, SHAKE, assert_flowed, flowing_pair, largest_difference, lead, read_pairs
 from flowing import ROW as FLOWING
 from lammps_run import read_csv, write_state
 from small_bodies import dump, energies, grips, head, mass_of, pair, thermo, turn_about, words, write_body, write_two
@@ -15,10 +15,6 @@ ROW = law.TABLE1
 FORCE = ROW.m1 * ROW.n1 * ROW.e1 * ROW.xi_s / 0.01  # of a pair at its threshold [N]
 FALLING = (0, 1, 2, 3, 10, 0.5)  # Y rises and falls
 THIN = " bonds thin"
-
-
-def flow_words(table):
-    return f" flow {' '.join(map(str, table))}" if table else ""
 
 
 # ---- one pair, led to random distances

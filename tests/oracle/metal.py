@@ -15,6 +15,9 @@ The law of pairs is that of tools/evp/law.py. Order of a step, after the drift:
    With contact join a pair without a bond becomes one with deq = d where d is at most BETA (R_i + R_j), once it has been
    beyond APART times that; what it stored as a contact is lost.
 
+With a Yield each sphere keeps a factor of its y, and meets the condition of von Mises as it flows: see there.
+With a Volume the energy of oracle.volume acts too, of pairs that are in the list; no bond may end then.
+
 The set-up does 2 alone. Energies close to O(dt^2) while y is constant. Each y that moves, and each bond that ends with
 a force, is a kink or a jump of a force within a timestep: O(dt), with a small factor where y grows.
 """
@@ -25,6 +28,7 @@ import numpy as np
 
 from evp import law
 
+from . import volume
 from .brute import rows_of_pairs
 
 APART = 1.05  # times BETA (R_i + R_j): beyond, a pair that was inside may join
@@ -42,6 +46,39 @@ class Pairwise(NamedTuple):
     fails: np.ndarray  # bonds whose spheres have reached the failure strain
 
 
+class Yield(NamedTuple):
+    """Flow stress S0 Y(p) that spheres meet, as of a row with `yield`.
+
+    After the forces of a step with an update: S_i = -1/2 sum F d u (x) u, without damping; A_i the sum of S over a sphere and those it is
+    bonded to, over the sum of their volumes m/density; s_i that of S_i/V_i along A_i, (3/2) dev(S_i/V_i) : dev(A_i)/mises(A_i).
+    At the next update: p stays where mises(A_i) < 0.5 S0 Y(p_i); else the factor k_i moves by the share min(0.5, growth of p/0.0005) to
+    K (1 - 0.3 (r - 1)), with K the mean factor around at the measurement, r = s_i/(1.03 S0 Y) within 2/3 and 3/2, 1 where fewer than
+    0.8 coordination bonds were recorded; it stays within 1/2 and 2. Y as before the update.
+    """
+
+    stress: float  # S0 [pressure]
+    density: float  # of the solid
+    coordination: float  # of the body that the row was found on
+
+
+class Volume(NamedTuple):
+    """Volume energy of the pairs: kv, its Rest, and (bulk, from) of what it takes over from bonds."""
+
+    kv: float
+    rest: volume.Rest
+    taken: tuple = (0.0, 0.0)
+
+
+def deviator(tensors):
+    """Of tensors (N,3,3)."""
+    return tensors - np.trace(tensors, axis1=1, axis2=2)[:, None, None] / 3.0 * np.eye(3)
+
+
+def von_mises(tensors):
+    """Equivalent stress (N,) of tensors (N,3,3)."""
+    return np.sqrt(1.5 * np.sum(deviator(tensors) ** 2, axis=(1, 2)))
+
+
 class Metal:
     """A body in motion; read its attributes, change them between calls of run() alone.
 
@@ -56,7 +93,7 @@ class Metal:
     """
 
     def __init__(self, x, v, radius, mass, rows, bonds, dt, flows=None, types=None, contact="none", near=None, every=10,
-                 failure=None, prescribed=None, p=0.0, join=1.2, thins=()):
+                 failure=None, prescribed=None, p=0.0, join=1.2, thins=(), condition=None, volume_energy=None):
         if contact not in ("none", "repulsive", "join"):
             raise ValueError(f"contact {contact} has no plasticity")
         self.x, self.v = np.array(x, dtype=float), np.array(v, dtype=float)
@@ -67,7 +104,7 @@ class Metal:
         self.dt, self.every, self.failure, self.contact = dt, every, failure, contact
         known = {(min(a, b) - 1, max(a, b) - 1): deq for (a, b), deq in bonds.items()}
         others = []
-        if contact != "none":
+        if contact != "none" or volume_energy:
             near = np.stack(np.triu_indices(n, 1), axis=1) if near is None else np.sort(near, axis=1)
             others = [pair for pair in map(tuple, near.tolist()) if pair not in known]
         self.i, self.j = np.array([*known, *others], dtype=int).reshape(-1, 2).T
@@ -82,7 +119,11 @@ class Metal:
             own = rows if isinstance(rows, law.Row) else rows[kind, kind]
             self._laws[kind] = own, flows[kind] if isinstance(flows, dict) else flows
         self.p, self.slip, self.work = np.full(n, p, dtype=float), np.zeros(n), np.zeros(n)
-        self.count, self.y = self._to_spheres(self.bonded), self._limits()
+        self.condition, self.volume_energy = condition, volume_energy
+        self.recorded = self.count = self._to_spheres(self.bonded)
+        self.factor, self.around, self.along, self.mean_stress = np.ones(n), np.ones(n), np.zeros(n), np.zeros(n)
+        self.fresh = ~self.bonded
+        self.y = self._limits()
         self.n_steps, self.ended, self.joined, self.join = 0, 0, 0, join
         self.inside = ~self.bonded & (np.linalg.norm(self.x[self.i] - self.x[self.j], axis=1) <= APART * join * self.touching)
         self.dissipated = self.lost = self.viscous = self.work_done = 0.0
@@ -99,8 +140,41 @@ class Metal:
         found = np.zeros(len(self.x))
         for kind, (row, flow) in self._laws.items():
             mine = self.types == kind
-            found[mine] = law.limit(self.p[mine], row, flow)
+            found[mine] = np.minimum(self.factor[mine] * law.limit(self.p[mine], row, flow), law.largest_limit(row))
         return found
+
+    def _flow_stresses(self):
+        """S0 Y(p) (N,) [pressure]."""
+        found = np.zeros(len(self.x))
+        for kind, (row, flow) in self._laws.items():
+            mine = self.types == kind
+            found[mine] = self.condition.stress * law.limit(self.p[mine], row, flow) / row.xi_s
+        return found
+
+    def _move_factors(self, growth, flow_stress):
+        ratio = np.clip(self.along / (1.03 * flow_stress), 2.0 / 3.0, 1.5)
+        ratio[self.recorded < 0.8 * self.condition.coordination] = 1.0
+        aim = self.around * (1.0 - 0.3 * (ratio - 1.0))
+        moved = self.factor + np.minimum(0.5, growth / 5e-4) * (aim - self.factor)
+        self.factor = np.where(growth > 0.0, np.clip(moved, 0.5, 2.0), self.factor)
+
+    def _measure(self):
+        """Stresses by the forces of now."""
+        now, volumes = self.pairs, self.mass / self.condition.density
+        pair_force = now.force + (self.by_volume.pair_force if self.volume_energy else 0.0)
+        own = self._to_spheres((-0.5 * pair_force * now.d)[:, None, None] * now.unit[:, :, None] * now.unit[:, None, :])
+
+        def around(values):
+            sums = values.astype(float)
+            np.add.at(sums, self.i[self.bonded], values[self.j[self.bonded]])
+            np.add.at(sums, self.j[self.bonded], values[self.i[self.bonded]])
+            return sums
+
+        mean = around(own) / around(volumes)[:, None, None]
+        self.mean_stress = von_mises(mean)
+        single = own / volumes[:, None, None]
+        self.along = 1.5 * np.sum(single * deviator(mean), axis=(1, 2)) / np.where(self.mean_stress > 0.0, self.mean_stress, np.inf)
+        self.around = around(self.factor) / around(np.ones(len(self.x)))
 
     def _of_pair(self, y):
         return np.minimum(y[self.i], y[self.j])
@@ -135,6 +209,10 @@ class Metal:
     def _setup(self):
         self.pairs = self.evaluate()
         self.force = self._to_spheres((self.pairs.force + self.pairs.damping)[:, None] * self.pairs.unit, -1.0)
+        if self.volume_energy:
+            kv, rest, taken = self.volume_energy
+            self.by_volume = volume.evaluate(self.x, self.i, self.j, self.dlim, kv, rest, fresh=self.fresh, taken=taken)
+            self.force += self.by_volume.force
 
     def _book(self, dissipated, slip):
         """D and |ln| (P,) of pairs that flowed."""
@@ -143,8 +221,13 @@ class Metal:
         self.slip += self._to_spheres(np.where(self.bonded, slip, 0.0))
 
     def _update(self):
-        has_bonds = self.count > 0
-        self.p[has_bonds] += self.slip[has_bonds] / self.count[has_bonds] / law.SLIP_PER_STRAIN
+        growth, has_bonds = np.zeros(len(self.x)), self.count > 0
+        growth[has_bonds] = self.slip[has_bonds] / self.count[has_bonds] / law.SLIP_PER_STRAIN
+        if self.condition:
+            flow_stress = self._flow_stresses()
+            growth[self.mean_stress < 0.5 * flow_stress] = 0.0
+            self._move_factors(growth, flow_stress)
+        self.p += growth
         self.slip[:] = 0.0
         self.count = self._to_spheres(self.bonded)
         before, self.y = self._of_pair(self.y), self._limits()
@@ -163,7 +246,7 @@ class Metal:
         ends = now.past | now.fails
         self.lost += float(np.sum(now.flowed.stored[ends]))
         self.ended += int(np.sum(ends))
-        self.bonded = self.bonded & ~ends
+        self.bonded, self.fresh = self.bonded & ~ends, self.fresh | ends
         self.deq = np.where(ends, np.where(now.past, self.touching, np.minimum(now.d, self.touching)), now.flowed.deq)
         if self.contact != "join":
             return
@@ -184,6 +267,8 @@ class Metal:
         if self.n_steps % self.every == 0:
             self._update()
         self._setup()
+        if self.condition and self.n_steps % self.every == 0:
+            self._measure()
         self._commit()
         self.v += np.where(free, 0.5 * self.dt * self.force / self.mass[:, None], 0.0)
         parted = moved[self.i] - moved[self.j]
@@ -202,7 +287,8 @@ class Metal:
 
     def stored(self):
         """Psi of the pairs [energy]."""
-        return float(np.sum(self._flow(self.pairs.d, self.deq, self._of_pair(self.y)).stored))
+        own = float(np.sum(self._flow(self.pairs.d, self.deq, self._of_pair(self.y)).stored))
+        return own + (float(np.sum(self.by_volume.energy)) if self.volume_energy else 0.0)
 
     def energy(self):
         """kinetic + Psi + D + lost + viscous - work [energy]; it stays what it was."""

@@ -8,6 +8,9 @@ rho0 and G are those of the recorded bonds at rest, rho that of all pairs now, b
 force: with y+ = max(y, 0), u = ((b - rho0)+^2 + (rho - rho0 - gap)+^2 - (b - rho0 - gap)+^2)/(2 G^2), theta^2/2 where no pair is fresh. theta
 of a body that is stretched uniformly is the trace of its strain. Bonds that break are fresh pairs from then on: torn() gives the rest after
 that, by which the strain of the bonds and the energy stay; there fresh pairs only push. Part of the second writing, as law.py.
+
+What is taken over from bonds that yield under pressure, of a row with `yield`: 1/2 bulk [s - x0]+^2 is added, s = sqrt(2 u); expanded the added
+pull grows from x0 to x0 + 0.006 alone, and goes to 0 between `cavitation` and twice that.
 """
 
 from collections import namedtuple
@@ -55,10 +58,10 @@ def at_rest(i, j, deq, dlim, count, types=None):
     return Rest(rho, slope, gap, np.zeros(count, dtype=bool), np.zeros(count))
 
 
-def evaluate(x, i, j, dlim, kv, rest, cavitation=0.15, fresh=False):
+def evaluate(x, i, j, dlim, kv, rest, cavitation=0.15, fresh=False, taken=(0.0, 0.0)):
     """Volume of the pairs (i, j) (P,) at positions x (N,3) [length], all that may come within their dlim (P,) [length].
 
-    kv: a number or (N,) [energy]; cavitation: inf for none; fresh (P,): pairs that were not recorded.
+    kv: a number or (N,) [energy]; cavitation: inf for none; fresh (P,): pairs that were not recorded; taken: bulk [energy] and x0.
     """
     x = np.asarray(x, dtype=float)
     count = len(x)
@@ -76,13 +79,24 @@ def evaluate(x, i, j, dlim, kv, rest, cavitation=0.15, fresh=False):
     pulls = np.where(torn, left, np.where(theta < 0.0, counted - own - beyond, theta)), np.where(torn, left, np.where(theta < 0.0, -beyond, theta))
     u = u + np.where(rest.torn & (theta >= 0.0), 0.5 * (beyond**2 - counted**2), 0.0)
     pulls = pulls[0] + np.where(rest.torn & (theta >= 0.0), counted - beyond, 0.0), np.where(rest.torn, -beyond, pulls[1])
-    g = [kv * pull * share for pull in pulls]
+    bulk, x0 = taken
+    squeezed = np.where(theta < 0.0, np.sqrt(np.maximum(0.0, own**2 + beyond**2 - counted**2)), 0.0)
+    beyond_x0 = np.maximum(0.0, squeezed - x0)
+    per_unit = beyond_x0 / np.where(squeezed > 0.0, squeezed, 1.0)
+    most = min(cavitation - x0, 0.006)
+    pulled = np.minimum(np.clip(theta - x0, 0.0, 0.006), most) * np.clip(2.0 - theta / cavitation, 0.0, 1.0)
+    more = [np.where(theta < 0.0, pull * per_unit, pulled) for pull in pulls]
+    grown, first = np.clip(theta, x0, cavitation) - x0, np.clip(theta - x0, 0.0, 0.006)
+    added = np.where(theta < 0.0, 0.5 * beyond_x0**2, first * (grown - 0.5 * first))
+    part = np.clip(theta / cavitation - 1.0, 0.0, 1.0)
+    added = added + np.where(theta > cavitation, most * cavitation * (part - 0.5 * part**2), 0.0)
+    g = [kv * pull * share + bulk * own_more * share for pull, own_more in zip(pulls, more)]
     pair_force = -np.where(fresh, g[1][i] + g[1][j], g[0][i] + g[0][j]) * 2.0 * t / dlim
     f = (pair_force / d)[:, None] * r
     force = np.zeros_like(x)
     np.add.at(force, i, f)
     np.add.at(force, j, -f)
-    return Volume(theta, kv * u, force, pair_force, r.T @ f)
+    return Volume(theta, kv * u + bulk * added, force, pair_force, r.T @ f)
 
 
 def torn(x, i, j, dlim, rest, fresh, broken):

@@ -43,16 +43,10 @@ void VolumeForces::rows_scaled(const Coefficients &coefficients)
   if (!acts()) forget();
 }
 
-bool VolumeForces::takes_over() const
-{
-  return std::any_of(taken.begin(), taken.end(), [](const TakenOver &own) {
-    return own.bulk > 0.0;
-  });
-}
-
 std::string VolumeForces::describe() const
 {
-  return fmt::format(", volume energy from fix {}", fix->id);
+  return fmt::format(", volume energy from fix {}{}", fix->id,
+                     takes_over() ? ", which takes over the pressure at which bonds yield" : "");
 }
 
 void VolumeForces::pairs_packed(const NeighList *neighbors)

@@ -51,6 +51,7 @@ class VolumeForces final : public Effect, protected Pointers {
   bool begin_run(PairData &pair_data) override
   {
     pairs = &pair_data;
+    is_plastic = pair_data.rules().plastic;
     return acts();
   }
   /// Those that there are stay while there is nothing to do.
@@ -213,9 +214,15 @@ class VolumeForces final : public Effect, protected Pointers {
   }
   VolumeState state(int i) const
   {
-    return law.state(kv_of(i), reference(i), density(i), taken[atom->type[i]]);
+    return law.state(kv_of(i), reference(i), density(i),
+                     is_plastic ? taken[atom->type[i]] : TakenOver());
   }
-  bool takes_over() const;
+  bool takes_over() const
+  {
+    return is_plastic && std::any_of(taken.begin(), taken.end(), [](const TakenOver &own) {
+             return own.bulk > 0.0;
+           });
+  }
   const VolumeReference &reference(int i) const;
   double pull(int i, int j, Density column, Ends ends) const
   {
