@@ -47,12 +47,12 @@ def test_a_body_against_the_second_writing(lmp, tmp_path, contact, kv, ranks, ne
     text = head(newton) + style(body, contact, kv) + PULL + f"fix move all nve\ntimestep {DT}\nthermo {STEPS}\n" + dump(every=STEPS)
     run = lmp(text + f"run {STEPS}\nwrite_evp_bonds end.bonds\n", ranks).ok()
     first, last = run.dump("all.dump")
-    condition = metal.Yield(STRESS, DENSITY, measures(body)[1])
+    condition = metal.Yield(STRESS, DENSITY)
     energy = None
     if kv:
         i, j = np.array(list(body.bonds)).T - 1
         rest = volume.at_rest(i, j, np.array(list(body.bonds.values())), ROW.alpha * (body.radius[i] + body.radius[j]), len(body.x))
-        bulk = ROW.m1 * ROW.n1 * ROW.e1 * condition.coordination / 18.0
+        bulk = ROW.m1 * ROW.n1 * ROW.e1 * measures(body)[1] / 18.0
         energy = metal.Volume(kv, rest, (bulk, 2.0 * ROW.xi_s))
     own = metal.Metal(first.x, first.v, body.radius, mass_of(body.radius), ROW, body.bonds, DT, FLOW, contact=contact.split()[0],
                       near=np.stack(np.triu_indices(len(body.x), 1), axis=1) if kv else None, condition=condition, volume_energy=energy).run(STEPS)

@@ -5,7 +5,6 @@
 
 #include "core/base/text.h"
 #include "core/bonds/sphere_table.h"
-#include "core/law/row.h"
 
 #include <algorithm>
 #include <array>
@@ -50,6 +49,7 @@ struct YieldRecord {
   double factor_around;    ///< the mean of it and of those that it is bonded to
   double stress;           ///< see equivalent_along() [pressure]
   double stress_around;    ///< von Mises' of the mean over both [pressure]
+  double pressed;          ///< 1: by what is no pair, see yielding::is_pressed(); else 0
 
   static constexpr const char *NAME = "yield";
   static constexpr unsigned NEEDS = NOTHING_ELSE;
@@ -57,7 +57,8 @@ struct YieldRecord {
       {"yield_factor", "1", 1.0, Range::POSITIVE, true},
       {"yield_factor_around", "1", 1.0, Range::POSITIVE, false},
       {"equivalent_stress", "pressure", 0.0, Range::ANY, true},
-      {"equivalent_stress_around", "pressure", 0.0, Range::NOT_NEGATIVE, false}};
+      {"equivalent_stress_around", "pressure", 0.0, Range::NOT_NEGATIVE, false},
+      {"pressed", "1", 0.0, Range::COUNT, false}};
 };
 inline const bool has_yield_table = add_table<YieldRecord>();
 
@@ -65,18 +66,19 @@ inline const bool has_yield_table = add_table<YieldRecord>();
 /// bonds: the factor of their limit follows the ratio of both stresses. Measured with it (doc/metals.md): bodies are within 5 % of
 /// the flow curve in tension, compression and shear, without it within 20 %.
 namespace yielding {
-  constexpr double SETTLING = 5e-4;       ///< plastic strain in which a factor comes to that around it
-  constexpr double STEERING = 0.3;        ///< share of a deviation of the stress that is corrected in it
+  constexpr double SETTLING = 2.5e-4;       ///< plastic strain in which a factor comes to that around it
+  constexpr double STEERING = 0.6;        ///< share of a deviation of the stress that is corrected in it
   constexpr double MOST = 2.0;            ///< of a factor, and 1/MOST at least
   constexpr double MOST_DEVIATION = 1.5;  ///< of the stress that is taken, and 1/MOST_DEVIATION
-  constexpr double FLOW_STRESS_SHARE = 1.03;    ///< the mean of `stress` over that of a body: its scatter adds
+  constexpr double FLOW_STRESS_SHARE = 1.02;    ///< the mean of `stress` over that of a body: its scatter adds
   constexpr double HARDENING = 0.5;    ///< share of the flow stress below which flow is by pressure: it hardens nothing
-  constexpr double INTERIOR = 0.8;     ///< share of the bonds of the row above which a sphere is in the interior
+  constexpr double UNBALANCED = 0.2;    ///< see is_pressed()
 
-  /// Of a sphere at a surface the stress is not known, as tools press it by no pair: it follows those around it.
-  inline bool is_at_surface(double recorded_bonds, const Row &row)
+  /// Is a sphere pressed or held by what is no pair, such as a tool? Then its pairs say less than all of its stress, and it follows
+  /// those around it. force: of its pairs; stress: around it.
+  inline bool is_pressed(double force, double radius, double volume, double stress)
   {
-    return recorded_bonds < INTERIOR * row.coordination;
+    return force * radius > UNBALANCED * stress * volume;
   }
 
   /// Does flow harden the sphere? flow_stress: of now [pressure].
@@ -86,12 +88,11 @@ namespace yielding {
   }
 
   /// The factor after the plastic strain has grown by this.
-  inline double next_factor(const YieldRecord &own, double growth, double flow_stress,
-                            bool at_surface)
+  inline double next_factor(const YieldRecord &own, double growth, double flow_stress)
   {
     const double share = std::min(0.5, growth / SETTLING);
     const double ratio = own.stress / (FLOW_STRESS_SHARE * flow_stress);
-    const double taken = at_surface
+    const double taken = own.pressed != 0.0
         ? 1.0
         : std::max(1.0 / MOST_DEVIATION, std::min(MOST_DEVIATION, ratio));
     const double aim = own.factor_around * (1.0 - STEERING * (taken - 1.0));

@@ -7,6 +7,7 @@
 #include "atom.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -22,9 +23,12 @@ void StressSums::operator()(const PairRange &range, PairBlock &block)
       const double x = block.relative(0, k), y = block.relative(1, k), z = block.relative(2, k);
       const Tensor share = {half * x * x, half * y * y, half * z * z,
                             half * x * y, half * x * z, half * y * z};
+      const double force[3] = {half * x, half * y, half * z};
       for (size_t c = 0; c < share.size(); c++) sums[i][c] += share[c];
+      for (int c = 0; c < 3; c++) sums[i][share.size() + c] -= 2.0 * force[c];
       if (j >= nreact) continue;
       for (size_t c = 0; c < share.size(); c++) sums[j][c] += share[c];
+      for (int c = 0; c < 3; c++) sums[j][share.size() + c] += 2.0 * force[c];
     }
   });
 }
@@ -93,12 +97,9 @@ void YieldCondition::strains_updated(const BondStore &store, bool have_flowed)
 {
   for (int i = 0; have_flowed && i < (int) strains.size(); i++) {
     const Row &row = row_of(i);
-    const Sphere &sphere = store.sphere(i);
-    const double growth = sphere.p - strains[i];
+    const double growth = store.sphere(i).p - strains[i];
     if (row.yield > 0.0 && growth > 0.0)
-      records[i].factor =
-          yielding::next_factor(records[i], growth, flow_stresses[i],
-                                yielding::is_at_surface(sphere.recorded, row));
+      records[i].factor = yielding::next_factor(records[i], growth, flow_stresses[i]);
   }
 }
 
@@ -151,6 +152,13 @@ void YieldCondition::after_forces(const ParticleView &view)
     }
     records[i].stress = equivalent_along(stress, mean);
     records[i].stress_around = von_mises(mean);
+    const double *const force = stresses.sums[i] + VOLUME;
+    records[i].pressed =
+        yielding::is_pressed(std::sqrt(force[0] * force[0] + force[1] * force[1] +
+                                       force[2] * force[2]),
+                             pairs.atoms()->radius[i], own[i][VOLUME], records[i].stress_around)
+        ? 1.0
+        : 0.0;
     records[i].factor_around = around[i][FACTOR] / around[i][COUNT];
   }
 }

@@ -13,8 +13,9 @@ namespace EVP {
 /// Adds up the stresses of spheres from the forces of a loop: half of the virial of each pair, without damping.
 class StressSums final : public PairConsumer {
  public:
-  /// Of particles and ghosts, below nreact with the reactions: -1/2 sum of F/d r (x) r [energy], tension is positive.
-  AtomValues sums{(int) Tensor().size()};
+  /// Of particles and ghosts, below nreact with the reactions: -1/2 sum of F/d r (x) r [energy], tension is positive; then the sum of
+  /// the forces.
+  AtomValues sums{(int) Tensor().size() + 3};
   int nreact = 0;
   bool damped = false;    ///< do the blocks have forces of the damping?
 
