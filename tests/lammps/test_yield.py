@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from evp import law
 from flowing import flow_words, read_pairs
-from oracle import brute, metal, volume
-from small_bodies import dump, head, lattice_body, mass_of, velocities, words, write_body
+from oracle import metal, volume
+from small_bodies import SPACING, dump, head, lattice_body, mass_of, thermo, velocities, words, write_body
 
 ROW = law.TABLE1._replace(xi_s=0.002)
 FLOW = (0, 1, 0.02, 1.4, 0.2, 1.8)
@@ -39,7 +39,7 @@ def style(body, contact="none", kv=0.0, more=""):
 VALUES = "plastic_strain yield_factor equivalent_stress equivalent_stress_around".split()
 
 
-@pytest.mark.parametrize("contact, kv, ranks, newton", [("none", 0.0, 1, "on"), ("none", KV, 2, "off"), ("join 1.2", 0.0, 4, "on"), ("none", KV, 4, "on")])
+@pytest.mark.parametrize("contact, kv, ranks, newton", [("none", 0.0, 1, "on"), ("none", KV, 2, "off"), ("join 1.4", 0.0, 4, "on"), ("none", KV, 4, "on")])
 def test_a_body_against_the_second_writing(lmp, tmp_path, contact, kv, ranks, newton):
     """Motion, plastic strains, factors and stresses of a body that is pulled, with the volume energy and what it takes over, as tests/oracle has them."""
     body = body_of()
@@ -54,7 +54,7 @@ def test_a_body_against_the_second_writing(lmp, tmp_path, contact, kv, ranks, ne
         rest = volume.at_rest(i, j, np.array(list(body.bonds.values())), ROW.alpha * (body.radius[i] + body.radius[j]), len(body.x))
         bulk = ROW.m1 * ROW.n1 * ROW.e1 * measures(body)[1] / 18.0
         energy = metal.Volume(kv, rest, (bulk, 2.0 * ROW.xi_s))
-    own = metal.Metal(first.x, first.v, body.radius, mass_of(body.radius), ROW, body.bonds, DT, FLOW, contact=contact.split()[0],
+    own = metal.Metal(first.x, first.v, body.radius, mass_of(body.radius), ROW, body.bonds, DT, FLOW, contact=contact.split()[0], join=float((contact + " 1.2").split()[1]),
                       near=np.stack(np.triu_indices(len(body.x), 1), axis=1) if kv else None, condition=condition, volume_energy=energy).run(STEPS)
     assert np.abs(last.x - own.x).max() < 1e-10 and np.abs(last.v - own.v).max() < 1e-7 * np.abs(own.v).max()
     pairs = read_pairs(tmp_path / "end.bonds")
@@ -64,3 +64,81 @@ def test_a_body_against_the_second_writing(lmp, tmp_path, contact, kv, ranks, ne
     assert pairs.joined == own.joined and pairs.ended == own.ended
     assert own.p.max() > 0.01 and np.ptp(own.factor) > 0.02, "control"
     assert not kv or abs(own.by_volume.theta).max() > 3.0 * 2.0 * ROW.xi_s, "control: bonds have yielded under pressure"
+
+
+MOVE = f"fix move all nve\ntimestep {DT}\nthermo 10\n" + thermo("pe ke pxx pyz f_bonds f_bonds[5] f_bonds[6] f_volume f_energy")
+ENERGY = "fix energy all evp/energy\n"
+
+
+@pytest.mark.parametrize("ranks, newton, again", [(1, "on", "restart"), (2, "off", "file"), (4, "on", "restart"), (4, "off", "")])
+def test_whatever_the_ranks_and_restarts(lmp, tmp_path, ranks, newton, again):
+    """With joining and the volume energy: the same on any number of ranks, with newton on and off, from a restart file of any step, and from text files."""
+    body = body_of()
+    write_body(tmp_path / "body.data", body)
+    material = style(body, "join 1.4", KV)
+
+    def ended(text, n, name):
+        run = lmp(text, n).ok()
+        return run.thermo(), read_pairs(tmp_path / name)
+
+    whole = head("on") + material + PULL + ENERGY + MOVE + "run 295\nwrite_evp_bonds whole.bonds\n"
+    table, pairs = ended(whole, 1, "whole.bonds")
+    first = head(newton) + material + PULL + ENERGY + MOVE
+    if not again:
+        found, other = ended(first + "run 295\nwrite_evp_bonds other.bonds\n", ranks, "other.bonds")
+    else:
+        save = "write_restart half.restart\n" if again == "restart" else "write_data half.data nocoeff\nwrite_evp_bonds half.bonds\n"
+        lmp(first + "run 157\n" + save, ranks).ok()
+        start = "read_restart half.restart" if again == "restart" else "read_data half.data\nreset_timestep 157"
+        bonds = material if again == "restart" else material.replace("evp/bonds", "evp/bonds file half.bonds")
+        found, other = ended(head(newton, start=start) + bonds + ENERGY + MOVE + "run 138\nwrite_evp_bonds other.bonds\n", ranks, "other.bonds")
+    for name in ("PotEng", "KinEng", "Pxx", "Pyz", "f_bonds[6]"):
+        assert found[name][-1] == pytest.approx(table[name][-1], rel=1e-9, abs=1e-9 * np.abs(table[name]).max()), name
+    assert other.bonds == pytest.approx(pairs.bonds, rel=1e-9)
+    for name in VALUES:
+        assert other.column(name) == pytest.approx(pairs.column(name), rel=1e-8, abs=1e-9 * STRESS), name
+    assert pairs.joined > 3 and np.ptp(list(pairs.column("yield_factor").values())) > 0.02, "control"
+
+
+def test_pressure_alone_hardens_nothing(lmp, tmp_path):
+    """A periodic body that is pressed alike on all sides to several times its flow stress: hardly any plastic strain, and the bulk modulus of the elastic body."""
+    body = lattice_body((5, 5, 5), "xyz")
+    body = body._replace(types=np.ones_like(body.types))
+    write_body(tmp_path / "body.data", body)
+    press = "fix press all deform 1 x erate -40 y erate -40 z erate -40 remap x\n"
+    text = head(boundary="p p p") + style(body, "none", KV) + f"fix move all nve\ntimestep {DT}\nthermo 50\n" + press
+    run = lmp(text + "compute press all pressure NULL pair fix\n" + thermo("lx c_press") + "run 700\nwrite_evp_bonds end.bonds\n").ok()
+    table = run.thermo()
+    strain, pressure = 3.0 * (1.0 - table["Lx"] / table["Lx"][0]), table["c_press"]
+    elastic = pressure[1] / strain[1]
+    assert pressure[-1] > 4.0 * STRESS and strain[1] < ROW.xi_s, "control"
+    assert np.all(np.abs(pressure[1:] / (elastic * strain[1:]) - 1.0) < 0.2)
+    spheres = read_pairs(tmp_path / "end.bonds")
+    p, work = (np.array(list(spheres.column(name).values())) for name in ("plastic_strain", "plastic_work"))
+    assert np.mean(p) < 0.1 * np.mean(work) / (STRESS * SPACING**3), "of the plastic strain that this work is in shear"
+
+
+@pytest.mark.parametrize("change, wanted", [
+    (lambda text: text.replace(f" density {DENSITY}", ""), "yield needs density, which says what stress a force of spheres is"),
+    (lambda text: text.replace(" spacing", " kv 5 flow 0 1 # spacing"), "yield needs density"),
+    (lambda text: text.replace(f"yield {STRESS}", "yield -1"), "yield must be positive")])
+def test_what_it_refuses(lmp, tmp_path, change, wanted):
+    body = body_of()
+    write_body(tmp_path / "body.data", body)
+    words = row_words(body)
+    changed = change(words) if "#" not in change(words) else f"{words.split(' spacing')[0]} density {DENSITY} yield {STRESS}"
+    run = lmp(head("on") + style(body).replace(words, changed) + "run 0\n")
+    assert run.returncode != 0 and wanted in run.stdout
+
+
+def test_what_acts_is_told(lmp, tmp_path):
+    body = body_of()
+    write_body(tmp_path / "body.data", body)
+
+    def told(text):
+        return next(line for line in lmp(head("on") + text + "run 0\n").ok().stdout.splitlines() if line.startswith("evp/lj:"))
+
+    assert "spheres flow at the flow stress of their row (under pressure their bonds flow too: no fix evp/volume row)" in told(style(body))
+    with_volume = told(style(body, kv=KV))
+    assert "spheres flow at the flow stress of their row," in with_volume and "takes over the pressure at which bonds yield" in with_volume
+    assert "inactive without plasticity isotropic: yield" in told(style(body).replace("isotropic", "none"))

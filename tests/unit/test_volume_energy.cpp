@@ -150,24 +150,44 @@ TEST(VolumeEnergy, ThePullsAreTheSlopesOfTheEnergyAndNeverJump)
 {
   const VolumeLaw law;
   const double kv = 7.0, h = 1e-6, step = 1e-3;
-  for (const VolumeReference &reference : {INSIDE, SURFACE, TORN})
-    for (double unbonded = 0.0; unbonded < 1.2; unbonded += 0.1)
-      for (double bonded = 0.0; bonded < 3.0; bonded += step) {
-        const auto energy = [&](double more_bonded, double more_unbonded) {
-          return law.state(kv, reference, {bonded + more_bonded, unbonded + more_unbonded}).energy;
-        };
-        const EVP::VolumeState now = law.state(kv, reference, {bonded, unbonded}),
-                               next = law.state(kv, reference, {bonded + step, unbonded}),
-                               above = law.state(kv, reference, {bonded, unbonded + step});
-        EXPECT_NEAR(now.bonded, -(energy(h, 0.0) - energy(-h, 0.0)) / (2.0 * h), 4e-6) << bonded;
-        EXPECT_NEAR(now.pulling, -(energy(0.0, h) - energy(0.0, -h)) / (2.0 * h), 4e-6) << bonded;
-        const double most = 1.001 * step *
-            (std::max(now.stiffness.total, next.stiffness.total) +
-             std::max(now.stiffness.bonded, next.stiffness.bonded));
-        EXPECT_LE(std::fabs(next.bonded - now.bonded), most) << bonded << " " << unbonded;
-        EXPECT_LE(std::fabs(above.pulling - now.pulling),
-                  1.001 * step * kv / std::pow(reference.own.slope, 2));
-      }
+  for (const EVP::TakenOver &taken : {EVP::TakenOver{}, EVP::TakenOver{40.0, 0.01}})
+    for (const VolumeReference &reference : {INSIDE, SURFACE, TORN})
+      for (double unbonded = 0.0; unbonded < 1.2; unbonded += 0.1)
+        for (double bonded = 0.0; bonded < 3.0; bonded += step) {
+          const auto state = [&](double more_bonded, double more_unbonded) {
+            return law.state(kv, reference, {bonded + more_bonded, unbonded + more_unbonded},
+                             taken);
+          };
+          const EVP::VolumeState now = state(0.0, 0.0), next = state(step, 0.0),
+                                 above = state(0.0, step);
+          const auto slope = [&](double a, double b) {
+            return (state(a, b).energy - state(-a, -b).energy) / (2.0 * h);
+          };
+          EXPECT_NEAR(now.bonded, -slope(h, 0.0), 2e-5) << bonded;
+          EXPECT_NEAR(now.pulling, -slope(0.0, h), 2e-5) << bonded;
+          const double most = 1.001 * step *
+              (std::max(now.stiffness.total, next.stiffness.total) +
+               std::max(now.stiffness.bonded, next.stiffness.bonded));
+          EXPECT_LE(std::fabs(next.bonded - now.bonded), most) << bonded << " " << unbonded;
+          EXPECT_LE(std::fabs(above.pulling - now.pulling),
+                    1.001 * step * (kv + taken.bulk) / std::pow(reference.own.slope, 2));
+        }
+}
+
+TEST(VolumeEnergy, WhatIsTakenOverByHand)
+{
+  const VolumeLaw law;
+  const EVP::TakenOver taken = {40.0, 0.01};
+  const auto added = [&](double theta) {
+    return law.state(7.0, INSIDE, at(INSIDE, theta), taken).energy -
+        law.state(7.0, INSIDE, at(INSIDE, theta)).energy;
+  };
+  EXPECT_NEAR(added(-0.05), 20.0 * 0.04 * 0.04, 1e-12);
+  EXPECT_NEAR(added(0.014), 20.0 * 0.004 * 0.004, 1e-12);
+  EXPECT_NEAR(added(0.1), 40.0 * 0.006 * (0.09 - 0.003), 1e-12) << "the pull does not grow further";
+  EXPECT_NEAR(added(0.3), 40.0 * 0.006 * (0.14 - 0.003 + 0.075), 1e-12) << "and ends";
+  EXPECT_EQ(added(0.01), 0.0);
+  EXPECT_EQ(added(-0.01), 0.0);
 }
 
 TEST(VolumeEnergy, NewPairsOfTornParticlesOnlyPush)

@@ -73,7 +73,8 @@ class VolumeLaw {
       state.energy = kv * (cavitation * cavitation - 0.5 * left * left);
       state.bonded = state.pulling = scale * left;
     }
-    if (taken.bulk > 0.0 && theta > taken.from) take_over_expanded(taken, theta, per_slope, state);
+    const bool takes = taken.bulk > 0.0 && theta > taken.from;
+    if (takes) take_over_expanded(taken, theta, per_slope, state);
     if (theta < 0.0 || some_push) {
       const double compressed = (now.bonded - reference.own.rho) * per_slope;
       const double own = std::max(0.0, compressed), gap = reference.gap * per_slope;
@@ -95,8 +96,13 @@ class VolumeLaw {
       if (gap > 0.0 || some_push)
         state.stiffness = {counted > 0.0 ? 0.0 : scale * per_slope,
                            beyond > 0.0 ? scale * per_slope : 0.0};
-      if (more > 0.0) state.stiffness = stiffened(state.stiffness, 1.0 + taken.bulk / kv);
+      if (more > 0.0) {
+        const double slope = (own + beyond - counted) / y;    // of y, more than 1 in a gap
+        state.stiffness = stiffened(state.stiffness,
+                                    1.0 + taken.bulk / kv * std::max(1.0, slope * slope));
+      }
     }
+    if (takes) state.stiffness.total += taken.bulk * per_slope * per_slope;
     return state;
   }
 
@@ -158,7 +164,6 @@ class VolumeLaw {
     state.energy += taken.bulk * held;
     state.bonded += taken.bulk * more * per_slope;
     state.pulling += taken.bulk * more * per_slope;
-    state.stiffness.total += taken.bulk * per_slope * per_slope;
   }
   static DensityNow that_act(bool torn, const DensityNow &now)
   {
