@@ -66,7 +66,7 @@ inline const bool has_yield_table = add_table<YieldRecord>();
 /// bonds: the factor of their limit follows the ratio of both stresses. Measured with it (doc/metals.md): bodies are within 5 % of
 /// the flow curve in tension, compression and shear, without it within 20 %.
 namespace yielding {
-  constexpr double SETTLING = 2.5e-4;       ///< plastic strain in which a factor comes to that around it
+  constexpr double SETTLING = 1e-4;       ///< plastic strain in which a factor comes to that around it
   constexpr double STEERING = 0.6;        ///< share of a deviation of the stress that is corrected in it
   constexpr double MOST = 2.0;            ///< of a factor, and 1/MOST at least
   constexpr double MOST_DEVIATION = 1.5;  ///< of the stress that is taken, and 1/MOST_DEVIATION
