@@ -1,15 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Fits the row of a metal to its E, Poisson's ratio and flow curve, in tension, compression and shear; appends it to a potential file.
+"""Makes the row of a metal from its E, Poisson's ratio and flow curve, tests it in tension, compression and shear, and appends it to a potential file.
 
   calibrate.py --E 73e9 --nu 0.33 --johnson-cook 265e6 426e6 0.34 --density 2770 --name al2024 --out my.evp
   calibrate.py --E 69e9 --plastic table.csv ...              a table as in finite elements: plastic_strain, true_stress_MPa
   calibrate.py --E 70e9 --curve test.csv [--true] ...        a measured curve: columns of strain and stress with units
   calibrate.py --E 70e9 --yield 95e6 --stress 120e6@0.02 --stress 150e6@0.05 ...
-  calibrate.py ... --compression                             for a part that is only pressed; --tension likewise
   calibrate.py ... --rate 5e6@100                            and an over-stress of 5 MPa at 100/s, by damping (gamma in the row)
   calibrate.py ... --heat "conductivity 121 capacity 875 soften 298 775 1"    keywords for fix evp/heat; with --johnson-cook A B n C m: soften 298 775
-  calibrate.py ... --body bar.data                           for this body instead of a cylinder of 2000 spheres: in it the row meets the targets
 
 Flow curves are rate-independent, at the reference temperature; without units Pa. Johnson-Cook: A + B p^n of the plastic strain p; C and m are those
 of rate RATE0 and of soften TREF TMELT in --heat. A table begins at plastic strain 0, is
@@ -18,30 +16,25 @@ rest on, nominal unless --true; where strains repeat or fall, or the stress has 
 points are left and the noise. --yield is the 0.2 % offset yield stress, --stress a stress at a strain beyond it, both nominal; negative strains
 are compression, stresses are positive numbers.
 
-Packs a cylinder, pulls it to a strain of 15 % and presses it by 40 %, or as far as the curve is known, quasi-statically, for at most 4 rows, each
-after what the one before missed. Where the curve is known beyond a plastic strain of 0.6, and without --tension, --compression and --body, each row is also
-sheared, to a plastic strain of 2: it holds to there. The nearest is appended in any case, with its residuals; the exit status is 3 where E is off by
-more than 2 %, the yield stress by 6 %, the stress by 4 % to a strain of 10 %, 6 % to 30 %, 10 % at 40 % or 15 % in shear. Also writes FILE.NAME.jsonl, the table of
-runs, and FILE.NAME.png with its CSV: flow curve, the ways of the row, residuals. The same command resumes an interrupted
-calibration; a run that fails is repeated with smaller increments. Use the row with *plasticity isotropic* and *contact join*, for which it is
-fitted. LAMMPS is the lmp of this checkout, or EVP_LMP and EVP_MPIRUN.
+Packs a body that is periodic on all sides, and measures its moduli for at most 6 rows, each after what the one before missed. The flow curve is
+in the row as it is: its spheres flow at it (the keyword yield). The row is then pulled to a true strain of 0.22, pressed to 0.62 and sheared to 3, or as far as the curve is
+known; it is appended in any case, with its residuals. The exit status is 3 where E is off by more than 2 %, Poisson's ratio by 3 %, the yield stress by
+6 %, the stress by 5 % in tension and compression or 6 % in shear. Also writes FILE.NAME.png with its CSV: flow curve, the ways of the row, residuals. Use the row
+with *plasticity isotropic*, *contact join* and fix evp/volume row. LAMMPS is the lmp of this checkout, or EVP_LMP and EVP_MPIRUN.
 """
 
 import argparse
 import datetime
-import hashlib
 import pathlib
 import shlex
 import sys
 import tempfile
 
 import evp  # noqa: F401  before numpy
-import numpy as np
 from evp import calibration, flow, measured
 from evp.calibration import Targets, check, check_file
 from evp.report import command_line, errors_in_one_line, positive, print_table, target_file, typed, whole
 from evp.run import lammps_command
-from evp.run_table import Table
 
 HEAT = {"conductivity": (1, 1), "capacity": (1, 1), "soften": (2, 4), "melt": (1, 1), "rate": (1, 2), "expansion": (2, 2)}  # keywords: fewest and most numbers
 
@@ -57,9 +50,6 @@ def parser():
     top.add_argument("--yield", dest="yield_stress", type=positive, help="0.2 %% offset yield stress, nominal [Pa]")
     top.add_argument("--stress", type=value_at, action="append", default=[], metavar="STRESS@STRAIN",
                      help="nominal stress [Pa] at a nominal strain beyond yield; negative strain: compression; may be repeated")
-    ways = top.add_mutually_exclusive_group()
-    for way in calibration.WAYS:
-        ways.add_argument(f"--{way}", dest="ways", action="store_const", const=(way,), default=tuple(calibration.WAYS), help=f"fit to {way} alone")
     top.add_argument("--nu", type=nu_of, default=0.3, help="Poisson's ratio, 0.25 to 0.42 (default 0.3); none: that of the network, about 1/4")
     top.add_argument("--rate", type=value_at, action="append", default=[], metavar="OVERSTRESS@RATE",
                      help="stress above the rate-independent one [Pa] at a strain rate [1/s]")
@@ -68,13 +58,9 @@ def parser():
     top.add_argument("--density", type=positive, required=True, help="of the solid [kg/m3]")
     top.add_argument("--name", required=True, help="of the row")
     top.add_argument("--out", type=target_file, required=True, metavar="FILE", help="potential file to append to; made where there is none")
-    body = top.add_mutually_exclusive_group()
-    body.add_argument("--body", type=pathlib.Path, metavar="FILE",
-                      help="data file of the body, beside it FILE.body, by in.specimen or body.py; strains are those between 0.3 and 0.7 of its length")
-    body.add_argument("--spheres", type=whole(100), default=2000, metavar="N", help="of the cylinder (default 2000)")
-    top.add_argument("--seed", type=whole(1), default=1, help="of the cylinder (default 1)")
-    top.add_argument("--ranks", type=whole(1), default=2, help="MPI ranks of each run (default 2)")
-    top.add_argument("--timeout", type=positive, default=900.0, help="seconds after which a run has failed (default 900)")
+    top.add_argument("--spheres", type=whole(100), default=calibration.SPHERES, metavar="N", help=f"of the body (default {calibration.SPHERES})")
+    top.add_argument("--seed", type=whole(1), default=1, help="of the body (default 1)")
+    top.add_argument("--ranks", type=whole(1), default=2, help="runs at once, one MPI rank each (default 2)")
     return top
 
 
@@ -145,16 +131,8 @@ def curve_of(options):
 
 
 def targets_of(options):
-    """Targets of the command line; ValueError where they, or choices of the body, have no meaning."""
-    if options.body and options.seed != parser().get_default("seed"):
-        raise ValueError("--seed is that of the cylinder: leave it out with --body, which is a body that exists")
-    if options.body and options.rate:
-        raise ValueError("--rate: not with --body, whose middle may be strained at another rate than its grips; "
-                         "take gamma of a calibration without --body")
-    curve, ways = curve_of(options), options.ways
-    if len(ways) > 1 and not options.body and curve.end > calibration.SHEAR_FROM:
-        ways = (*ways, calibration.SHEARED)
-    targets = Targets(options.E, curve, options.density, options.nu, ways, tuple(options.rate))
+    """Targets of the command line; ValueError where they have no meaning."""
+    targets = Targets(options.E, curve_of(options), options.density, options.nu, tuple(options.rate))
     check(targets)
     return targets
 
@@ -164,9 +142,8 @@ def comments(options, targets, result, over, words):
     lines = ["", f"# {options.name}: row over target - 1"] + [f"#   {way}: {calibration.told(off)}" for way, off in result.residuals.items()]
     for stress, rate in targets.rates:
         lines.append(f"#   over-stress {stress:.6g} Pa at {rate:g}/s ({100.0 * (over * rate / stress - 1.0):+.2f} %)")
-    sheared = " and in.shear" if calibration.SHEARED in targets.ways else ""
-    lines.append(f"#   DATE: {datetime.date.today().isoformat()}, {result.passes} passes of in.quasistatic{sheared}, plasticity isotropic, contact join, "
-                 + (f"body {options.body.name}" if options.body else f"{options.spheres} spheres, seed {options.seed}") + f", {options.ranks} ranks")
+    lines.append(f"#   DATE: {datetime.date.today().isoformat()}, in.moduli, in.uniaxial and in.shear, plasticity isotropic, contact join, periodic body of {options.spheres} spheres, "
+                 f"seed {options.seed}")
     shown = [pathlib.PurePath(word).name if "/" in word and not word.startswith("-") else word for word in words]  # files without their folders
     return [*lines, f"#   by: calibrate.py {shlex.join(shown)}"]
 
@@ -176,51 +153,29 @@ def calibrate(options, words):
     targets, heat = targets_of(options), heat_words(options)
     out = options.out.absolute()
     check_file(out, options.name)
-    lammps_command(options.ranks)  # stops here where there is no lmp
-    table_path = out.with_name(f"{out.stem}.{options.name}.jsonl")
-    curve = {name: np.asarray(value).tolist() for name, value in targets.curve._asdict().items()}
-    inputs = {**targets._asdict(), "curve": curve, "spheres": options.spheres, "seed": options.seed, "ranks": options.ranks}
-    if options.body:
-        calibration.measure(options.body)  # says what is wrong with it
-        files = b"".join(pathlib.Path(f"{options.body}{end}").read_bytes() for end in ("", ".body"))
-        inputs = {**inputs, "spheres": None, "seed": None, "body": hashlib.sha256(files).hexdigest()[:16]}
-    table = Table(table_path, inputs)
-    try:
-        if table.runs:
-            print(f"going on after {len(table.runs)} runs of {table_path}", flush=True)
-        with tempfile.TemporaryDirectory(prefix="evp_calibrate_") as name:
-            work = pathlib.Path(name)
-            if options.body:
-                body = calibration.given_body(options.body, work)
-            else:
-                body = calibration.make_body(work, options.spheres, options.seed, targets.density, options.timeout)
-            if calibration.SHEARED in targets.ways:
-                calibration.make_periodic(work, options.seed, targets.density, options.timeout)
-            search = calibration.Search(targets, body, table, options.ranks, work, options.timeout, lambda text: print(text, flush=True))
-            result = search.result()
-            over, material = 0.0, result.material
-            if targets.rates:
-                gamma, over = search.gamma(result)
-                material = material._replace(row=material.row._replace(gamma=gamma))
-        line = f"{options.name} {material.words(f'{body.spacing:.6g}', f'{body.coordination:.6g}')} density {targets.density:.6g}{heat}"
+    lammps_command()  # stops here where there is no lmp
+    with tempfile.TemporaryDirectory(prefix="evp_calibrate_") as name:
+        work = pathlib.Path(name)
+        body = calibration.make_body(work, options.spheres, options.seed, targets.density)
+        search = calibration.Search(targets, body, options.ranks, work, lambda text: print(text, flush=True))
+        result = search.result()
+        over, material = 0.0, result.material
+        if targets.rates:
+            gamma, over = search.gamma(result)
+            material = material._replace(row=material.row._replace(gamma=gamma))
+        line = f"{options.name} {material.words(f'{body.spacing:.6g}', f'{body.coordination:.6g}')}{heat}"
         picture = calibration.draw(options.name, targets, result, out.with_name(f"{out.stem}.{options.name}.png"))
         check_file(out, options.name)
         calibration.append(out, comments(options, targets, result, over, words) + [line])
-    finally:
-        if not table.runs:
-            table_path.unlink(missing_ok=True)
-        table.close()
-    first = next(iter(result.runs.values()))
-    elastic = {"E": (targets.modulus, first.modulus), "nu": (targets.nu, first.nu)}
+    elastic = {"E": (targets.modulus, result.moduli.young), "nu": (targets.nu, result.moduli.nu)}
     print_table(("", "target", "fit", "off"), [(what, *elastic[what], f"{100.0 * value:+.1f} %") for what, value in result.residuals["elastic"].items()])
-    whats = dict.fromkeys(what for way in targets.ways for what in result.residuals[way])
-    print_table(("off the flow curve", *targets.ways), [
-        (calibration.name_of(what), *(f"{100.0 * result.residuals[way][what]:+.1f} %" if what in result.residuals[way] else "-" for way in targets.ways))
-        for what in whats])
-    print(f"{line}\nappended to {options.out}; runs in {table_path.name}, picture {picture.name}")
+    ways = list(result.runs)
+    whats = sorted({what for way in ways for what in result.residuals[way]}, key=lambda what: 0.0 if isinstance(what, str) else what)
+    print_table(("off the flow curve", *ways), [
+        (calibration.name_of(what), *(f"{100.0 * result.residuals[way][what]:+.1f} %" if what in result.residuals[way] else "-" for way in ways)) for what in whats])
+    print(f"{line}\nappended to {options.out}; picture {picture.name}")
     if result.misses():
-        print(f"{typed('calibrate.py')}: missed: {'; '.join(f'{way} {calibration.told(off)}' for way, off in result.misses().items())}. "
-              f"The row is the nearest of {result.passes}", file=sys.stderr)
+        print(f"{typed('calibrate.py')}: missed: {'; '.join(f'{way} {calibration.told(off)}' for way, off in result.misses().items())}", file=sys.stderr)
     return result
 
 
@@ -228,7 +183,7 @@ def main(words=None):
     """0; 3 where a target is missed; 130 when interrupted. Ends with a message and 1 where there is no row."""
     words = list(sys.argv[1:] if words is None else words)
     options = parser().parse_args(words)
-    with errors_in_one_line("calibrate.py", "; finished runs are kept, the same command goes on"):
+    with errors_in_one_line("calibrate.py"):
         result = calibrate(options, words)
     return 3 if result.misses() else 0
 

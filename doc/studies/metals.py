@@ -4,47 +4,27 @@
 
   metals.py                      everything; runs that --work has already are not repeated
   metals.py --only steel_4340    calibrates these only, unless --work has their rows; the rows of others stay; none: all stay
-  metals.py --large steel_4340   only these on 8000 spheres, too; none: no row
 
-tools/calibrate.py fits each row. On bodies of another seed, with -var material, it is then pulled to a strain of 15 %, pressed by
-40 %, pressed by 10 % and released, and sheared to a strain of 4; a body of 8000 spheres is pulled and pressed. Writes the potential
-file, the page, and figures/metals.png with its CSV. About three hours on two cores.
+tools/calibrate.py makes each row. On two periodic bodies of other seeds it is then pulled, pressed and sheared, and its moduli are measured; on one of them also pressed on all sides and
+turned. Writes the potential file, the page, and figures/metals.png with its CSV. About half an hour on two cores.
 """
 
+import csv
 import json
-import math
 from typing import NamedTuple
 
 from study import CHECKOUT, RunError, Study
 import calibrate
 import numpy as np
 import scipy.optimize
-from evp import calibration, curves, figures, flow, rates
-from evp.calibration import MISES, STRAINS, WAYS, YIELD, Run, Targets
+from evp import calibration, curves, figures, flow
+from evp.calibration import MISES, SHEAR_STRAINS, SHEARED, STRAINS, WAYS, YIELD, Moduli, Run, Targets
 from evp.curves import YIELD_OFFSET
 
 MPA = 1e6
 POTENTIALS = CHECKOUT / "potentials" / "metals.evp"
-SPHERES, SEED = 2000, 1  # of the bodies that rows are fitted to
-STOCKY_METAL, STOCKY_RADIUS = "aluminium_2024T351", 0.02  # in a cylinder of the paper, whose grips hold its middle
-
-
-class Cylinder(NamedTuple):
-    """A body that rows were not fitted to. radius [m]."""
-
-    spheres: int
-    seed: int
-    radius: float = calibration.RADIUS
-
-
-OTHER, LARGE, STOCKY = Cylinder(2000, 2), Cylinder(8000, 3), Cylinder(2000, 2, STOCKY_RADIUS)
-SHEAR_STRAINS = (0.4, 1.0, 2.0, 3.0, 4.0)  # at which the shear stress is told
-PRESSED = -0.1  # nominal strain before the release
-# Limits beyond which the page tells a miss; others are those of calibration.limit_of().
-ALIKE = {0.02: 0.03, 0.05: 0.05, 0.1: 0.08}  # at nominal strains: compression over tension - 1
-SHEAR_YIELD = 0.06  # over that in tension, times sqrt(3), - 1
-SPRINGBACK = 5e-4  # strain recovered less stress/E
-TIMEOUT = 3600.0
+SEED, OTHERS = 1, (2, 3)  # of the body that a row was found on, and of others
+SQUEEZED = 0.02  # volume strain to which a body is pressed on all sides, and turned
 BALLISTICS = "Johnson and Cook, 7th Int. Symp. on Ballistics, The Hague, 1983"
 LESUER = "Lesuer, Kay and LeBlanc, Modeling large-strain, high-rate deformation in metals, UCRL-JC-134118, 2001"
 ASM = "conductivity and capacity: ASM Handbook vol. 1 and 2"
@@ -118,28 +98,46 @@ def calibrated(name, study):
         return f"{out}:{name}"
     if name not in study.only:
         return f"{POTENTIALS}:{name}"
-    calibrate.main([*METALS[name].words, "--name", name, "--out", str(out), "--spheres", str(SPHERES), "--seed", str(SEED), "--ranks", str(study.ranks),
-                    "--timeout", f"{TIMEOUT:g}"])  # a miss is told by the page
+    calibrate.main([*METALS[name].words, "--name", name, "--out", str(out), "--seed", str(SEED), "--ranks", str(study.ranks)])  # a miss is told by the page
     if not out.exists():
         raise RunError(f"no row for {name}")
     return f"{out}:{name}"
 
 
-def loaded(name, cylinder, study):
-    """{way: Run} of a row on a body that it was not fitted to; kept in --work. A way that did not come to rest is left out."""
-    spheres, seed, radius = cylinder
-    kept, targets, runs = study.work / f"{name}_{spheres}_{seed}_{1e3 * radius:g}.json", targets_of(METALS[name]), {}
+def loaded(name, seed, study):
+    """(Moduli, {way: Run}) of a row on a periodic body that it was not found on; kept in --work."""
+    kept, targets = study.work / f"{name}_{seed}.json", targets_of(METALS[name])
     if not kept.exists():
         row = calibrated(name, study)
-        body = calibration.make_body(study.work, spheres, seed, targets.density, TIMEOUT, radius)
-        for way in WAYS:
-            try:
-                runs[way] = calibration.load(body, {"material": row}, rates.given_row(row)[0].xi_s, targets.end(way), targets.yield_strain + YIELD_OFFSET, 1.0,
-                                             study.ranks, study.work, TIMEOUT, f"{name}, {spheres} spheres, {way}")
-            except calibration.Failed as failure:
-                print(f"{name}, {spheres} spheres, {way}: {failure}", flush=True)
-        kept.write_text(json.dumps({way: run.as_json() for way, run in runs.items()}), encoding="utf-8")
-    return {way: Run.from_json(run) for way, run in json.loads(kept.read_text(encoding="utf-8")).items()}
+        body = calibration.make_body(study.work, calibration.SPHERES, seed, targets.density)
+        material = {"specimen": body.path.name, "material": row}
+        moduli = calibration.moduli_of(material, study.work, f"{name}, seed {seed}, moduli")
+        runs = calibration.loads(material, targets, body, study.work, study.ranks, f"{name}, seed {seed}")
+        kept.write_text(json.dumps({"moduli": moduli, "runs": {way: [run.strain.tolist(), run.stress.tolist()] for way, run in runs.items()}}), encoding="utf-8")
+    found = json.loads(kept.read_text(encoding="utf-8"))
+    return Moduli(*found["moduli"]), {way: Run(*map(np.array, run)) for way, run in found["runs"].items()}
+
+
+class Squeezed(NamedTuple):
+    """volume strains (compression positive), pressures [Pa] and mean plastic strains on the way to SQUEEZED and back."""
+
+    strain: np.ndarray
+    pressure: np.ndarray
+    plastic: np.ndarray
+
+
+def squeezed(name, study):
+    """Squeezed of a row, the body of the first of OTHERS pressed alike on all sides; kept in --work."""
+    kept, targets = study.work / f"{name}_squeezed.csv", targets_of(METALS[name])
+    if not kept.exists():
+        body = calibration.make_body(study.work, calibration.SPHERES, OTHERS[0], targets.density)
+        variables = {"specimen": body.path.name, "material": calibrated(name, study), "contact": "join", "strain": SQUEEZED, "rate": f"{calibration.rate_of(targets, body, 0.02):.6g}",
+                     "out": "squeezed"}
+        calibration.call(str(CHECKOUT / "doc" / "studies" / "in.squeezed"), variables, 1, study.work, f"{name}, pressed on all sides")
+        (study.work / "squeezed.csv").replace(kept)
+    with open(kept, encoding="utf-8") as table:
+        rows = [[float(row[key]) for key in ("volume_strain", "pressure", "plastic_strain")] for row in csv.DictReader(table)]
+    return Squeezed(*np.array(rows).T)
 
 
 def shear_yield(curve):
@@ -148,74 +146,8 @@ def shear_yield(curve):
     return curves.yield_stress(strain, stress, curves.modulus(strain, stress)) / MISES
 
 
-def further(name, study):
-    """Of a row on bodies of another seed, kept in --work: {"shear": Run of a simple shear with contact join; "shear yield": its
-    0.2 % offset yield stress [Pa]; "recovered", "elastic": true strain that a release after PRESSED gives back, and true
-    stress/E of before}."""
-    kept, targets = study.work / f"{name}_further.json", targets_of(METALS[name])
-    if not kept.exists():
-        material, more = {"material": calibrated(name, study)}, (study.ranks, study.work, TIMEOUT)
-        calibration.make_periodic(study.work, OTHER[1], targets.density, TIMEOUT)
-        run = calibration.shear(material, targets, SHEAR_STRAINS[-1], 1.0, *more, f"{name}, shear")
-        found = {"shear": run.as_json()}
-        row = f"{min(2e-4, 0.2 * targets.yield_strain):.3g}"  # some of them before it yields
-        first = {"specimen": "periodic.data", **material, "strain": 0.03, "row": row, "out": "yield"}
-        calibration.call("in.shear", first, *more, f"{name}, shear yield")
-        curve = curves.read_curve(study.work / "yield.csv")
-        found["shear yield"] = shear_yield(curve)
-        body = calibration.make_body(study.work, OTHER.spheres, OTHER.seed, targets.density, TIMEOUT, OTHER.radius)
-        release = {"specimen": body.path.name, **material, "strain": PRESSED, "cycles": 1, "lower": "release",
-                   "increment": 0.004, "out": "release"}
-        calibration.call("in.quasistatic", release, *more, f"{name}, springback")
-        curve = curves.read_curve(study.work / "release.csv", "strain_gauge")
-        turn = int(np.argmin(curve.strain))
-        found["recovered"] = float(np.log1p(curve.strain[-1]) - np.log1p(curve.strain[turn]))
-        found["elastic"] = float(-curve.virial[turn] * (1.0 + curve.strain[turn]) / targets.modulus)
-        kept.write_text(json.dumps(found), encoding="utf-8")
-    found = json.loads(kept.read_text(encoding="utf-8"))
-    return {**found, "shear": Run.from_json(found["shear"])}
-
-
-def bonds(gradient):
-    """(20000, 3) directions of bonds, all directions at first, that have turned with a deformation gradient (3, 3), and (20000) how far they are stretched."""
-    k = np.arange(20000) + 0.5
-    z, angle = 1.0 - 2.0 * k / len(k), k * np.pi * (1.0 + math.sqrt(5.0))
-    now = np.stack([z, *(np.sqrt(1.0 - z**2) * of(angle) for of in (np.cos, np.sin))], axis=1) @ np.transpose(gradient)
-    stretch = np.linalg.norm(now, axis=1)
-    return now / stretch[:, None], stretch
-
-
-def flow_stress(gradient, rate, thin=True):
-    """Of von Mises, of bonds that have turned with a deformation gradient (3, 3) and flow with a stretching (3, 3) without change of volume, over F d of one that is not
-    stretched: the power is the mean of F d |n rate n| over their directions n. F d is that of all, or of those that thin goes with 1/stretch."""
-    directions, stretch = bonds(gradient)
-    power = np.abs(np.einsum("ki,ij,kj->k", directions, rate, directions)) * (1.0 / stretch if thin else 1.0)
-    return np.mean(power) / math.sqrt(2.0 / 3.0 * np.sum(np.square(rate)))
-
-
-def stretched(strain):
-    """Deformation gradient of a nominal strain along x at constant volume."""
-    return np.diag([1.0 + strain, *[(1.0 + strain) ** -0.5] * 2])
-
-
-def turned_in(way, strain, thin=True):
-    """flow_stress() over that in tension at first, - 1, at a nominal strain of one of WAYS, or at a shear strain."""
-    pull = np.diag([1.0, -0.5, -0.5])
-    if way == calibration.SHEARED:
-        now = flow_stress([[1.0, strain, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [[0.0, 0.5, 0.0], [0.5, 0.0, 0.0], [0.0, 0.0, 0.0]], thin)
-    else:
-        now = flow_stress(stretched(math.copysign(strain, WAYS[way])), pull, thin)
-    return now / flow_stress(np.eye(3), pull) - 1.0
-
-
-def softer(strain):
-    """By how much the mean of cos^4 of the bonds to the axis, over their stretch, with which E along it goes, has fallen at a nominal strain along it."""
-    first, now = (np.mean(directions[:, 0] ** 4 / stretch) for directions, stretch in map(bonds, (np.eye(3), stretched(strain))))
-    return 1.0 - now / first
-
-
-def draw(study, results, more):
-    """A panel for each metal: its flow curve, and true stress in each way of its row on bodies that it was not fitted to."""
+def draw(study, results):
+    """A panel for each metal: its flow curve, and true stress in each way of its row on the bodies that it was not found on."""
     rows = []
     with figures.plt.rc_context(figures.LOOK):
         columns = 3
@@ -223,14 +155,15 @@ def draw(study, results, more):
         figure, axes = figures.plt.subplots(lines, columns, figsize=(13.0, 3.9 * lines), squeeze=False)
         for axis, (name, metal) in zip(axes.flat, METALS.items()):
             targets = targets_of(metal)
-            true = np.linspace(0.0, 0.51, 200)
+            true = np.linspace(0.0, abs(WAYS["compression"]), 300)
             curve = targets.curve.true_stress(true, metal.modulus) / MPA
             axis.plot(100.0 * true, curve, color="black", linewidth=1.2, label="flow curve")
             rows += [(name, "flow curve", f"{100.0 * a:.6g}", f"{b:.6g}") for a, b in zip(true, curve)]
-            for k, (way, run) in enumerate({**results[name][OTHER], "shear": more[name]["shear"]}.items(), start=1):
-                strain, stress = (values[run.true_curve()[0] <= true[-1]] for values in run.true_curve())
-                axis.plot(100.0 * strain, stress / MPA, label=f"evp/lj, {way}", **figures.line_style(k))
-                rows += [(name, way, f"{100.0 * a:.6g}", f"{b:.6g}") for a, b in zip(strain, stress / MPA)]
+            for k, (way, run) in enumerate(results[name][OTHERS[0]][1].items(), start=1):
+                strain, stress = (run.strain / MISES, run.stress * MISES) if way == SHEARED else run
+                near = strain <= true[-1]
+                axis.plot(100.0 * strain[near], stress[near] / MPA, label=f"evp/lj, {way}", **figures.line_style(k))
+                rows += [(name, way, f"{100.0 * a:.6g}", f"{b:.6g}") for a, b in zip(strain[near], stress[near] / MPA)]
             axis.set(title=metal.title, xlim=(0, None), xlabel="true strain [%]", ylim=(0, None))
         for axis in axes[:, 0]:
             axis.set_ylabel("true stress [MPa]")
@@ -241,89 +174,65 @@ def draw(study, results, more):
         study.save(figure, ("metal", "curve", "true_strain_percent", "true_stress_MPa"), rows)
 
 
-def departures(targets, runs, found):
-    """{what: (departure, limit)} of a row on a body: runs as of loaded(), found as of further(), or None."""
-    off, told = targets.residuals(runs), {}
-    for way, own in off.items():
-        for what, value in own.items():
-            told[way, what] = value, calibration.limit_of(what)
-    for strain, limit in ALIKE.items():
-        if all(strain in off.get(way, {}) for way in WAYS):
-            tension, compression = (1.0 + off[way][strain] for way in WAYS)
-            told["compression over tension", strain] = compression / tension - 1.0, limit
-    if found:
-        told["shear yield stress"] = MISES * found["shear yield"] / runs["tension"].offset_yield - 1.0, SHEAR_YIELD
-        for strain in SHEAR_STRAINS:
-            value = float(found["shear"].true_at(strain / MISES) / targets.curve.at(strain / MISES)) - 1.0
-            told["shear", strain] = value, calibration.limit_of(strain)
-        told["springback"] = found["recovered"] - found["elastic"], SPRINGBACK
-    return told
-
-
-def cell(told, what):
+def cell(off, way, what):
     """A departure [%], bold where it is beyond its limit; empty where there is none."""
-    if what not in told:
+    if what not in off.get(way, {}):
         return ""
-    value, limit = told[what]
-    text = f"{100.0 * value:+.{2 if what == 'springback' else 1}f}" if np.isfinite(value) else "-"
-    return text if abs(value) <= limit else f"**{text}**"
+    value = off[way][what]
+    text = f"{100.0 * value:+.1f}" if np.isfinite(value) else "-"
+    return text if abs(value) <= calibration.limit_of(way, what) else f"**{text}**"
 
 
-def sentence(what, values):
-    """What is missed, of (departure, limit) of all rows and bodies; empty where nothing is."""
-    missed = [value for value, limit in values if not abs(value) <= limit]
+def sentence(way, what, values):
+    """What is missed, of the departures of all rows and bodies; empty where nothing is."""
+    limit = calibration.limit_of(way, what)
+    missed = [value for value in values if not abs(value) <= limit]
     if not missed:
         return ""
-    name = what if isinstance(what, str) else f"{what[0]} {calibration.name_of(what[1])}"
-    digits = 2 if what == "springback" else 1
-    return (f"- {name[0].upper()}{name[1:]}: {len(missed)} of {len(values)} are off by more than "
-            f"{100.0 * values[0][1]:g} %, from {100.0 * min(missed):+.{digits}f} to {100.0 * max(missed):+.{digits}f} %.")
+    return f"- {way}, {calibration.name_of(what)}: {len(missed)} of {len(values)} are off by more than {100.0 * limit:g} %, from {100.0 * min(missed):+.1f} to {100.0 * max(missed):+.1f} %."
 
 
-def page(results, more):
-    """Values of the page, of {name: {(spheres, seed): {way: Run}}} and {name: as of further()}."""
-    elastic, stresses, shear, every, large = [], [], [], {}, []
+def pressure_row(name, found):
+    """A row of the table of bodies pressed on all sides."""
+    metal, turn = METALS[name], int(np.argmax(found.strain))
+    bulk = metal.modulus / (3.0 * (1.0 - 2.0 * metal.poisson))
+    there = [100.0 * (float(np.interp(at, found.strain[:turn], found.pressure[:turn])) / (bulk * at) - 1.0) for at in (0.002, 0.005, 0.01, 0.0199)]
+    back = np.flatnonzero(found.pressure[turn:] <= 0.0)
+    left = f"{100.0 * found.strain[turn + back[0]]:.2f}" if len(back) else "-"
+    flow_stress = float(targets_of(metal).curve.at(YIELD_OFFSET))
+    return (name, f"{found.pressure.max() / flow_stress:.0f}", *(f"{value:+.0f}" for value in there), left, f"{found.plastic[turn]:.1e}")
+
+
+def page(results, pressed):
+    """Values of the page, of {name: {seed: (Moduli, {way: Run})}} and {name: Squeezed}."""
+    elastic, stresses, shear, every = [], [], [], {}
     for name, bodies in results.items():
-        for body, runs in bodies.items():
-            told = departures(targets_of(METALS[name]), runs, more[name] if body == OTHER else None)
-            for what, value in told.items() if body != STOCKY else ():
-                every.setdefault(what, []).append(value)
-            if body == LARGE:
-                large += [any(not abs(value) <= limit for what, (value, limit) in told.items() if what[0] in WAYS)]
-            alike = [cell(told, ("compression over tension", strain)) for strain in ALIKE]
-            of_elastic = [cell(told, ("elastic", what)) for what in ("E", "nu")]
-            size = (body.spheres, body.seed, f"{2e3 * body.radius:g}")
-            elastic.append((name, *size, *of_elastic, *alike, cell(told, "springback")))
-            stresses += [(name, *size, way, *(cell(told, (way, what)) for what in (YIELD, *STRAINS))) for way in WAYS]
-            if body == OTHER:
-                shear.append((name, *(cell(told, what) for what in ("shear yield stress", *(("shear", strain) for strain in SHEAR_STRAINS)))))
+        for seed, (moduli, runs) in bodies.items():
+            off = targets_of(METALS[name]).residuals(moduli, runs)
+            for way, own in off.items():
+                for what, value in own.items():
+                    every.setdefault((way, what), []).append(value)
+            elastic.append((name, seed, *(cell(off, "elastic", what) for what in ("E", "nu"))))
+            stresses += [(name, seed, way, *(cell(off, way, what) for what in (YIELD, *STRAINS))) for way in WAYS]
+            shear.append((name, seed, *(cell(off, SHEARED, strain) for strain in SHEAR_STRAINS)))
     sources = [f"- {name}: E {metal.modulus / 1e9:g} GPa, nu {metal.poisson:g}, {metal.density:g} kg/m3, true stress {metal.law[0] / MPA:.4g} + {metal.law[1] / MPA:.4g} ep^{metal.law[2]:.3g} MPa. "
                f"{metal.source}. Heat: {metal.heat}; {metal.heat_source}." for name, metal in METALS.items()]
-    percents, missed = [f"{100.0 * strain:g} %" for strain in STRAINS], filter(None, (sentence(*one) for one in every.items()))
-    if large:
-        missed = [*missed, f"- On {LARGE.spheres} spheres {sum(large)} of {len(large)} rows are beyond a limit of stress in tension or compression."]
-    alike = [f"at {100.0 * strain:g} %" for strain in ALIKE]
-    turning = {}
-    for thin, of in ((True, ""), (False, ", bonds that do not thin")):
-        tension, compression = ({strain: turned_in(way, strain, thin) for strain in STRAINS if strain <= abs(end) + 1e-9} for way, end in WAYS.items())
-        turning |= {f"tension{of}": tension, f"compression{of}": compression, f"compression over tension{of}": {at: (1.0 + compression[at]) / (1.0 + tension[at]) - 1.0 for at in tension}}
-    shear.append(("*bonds that turn*", f"{100.0 * turned_in(calibration.SHEARED, 0.0):+.1f}", *(f"{100.0 * turned_in(calibration.SHEARED, strain):+.1f}" for strain in SHEAR_STRAINS)))
-    return {"count": len(results), "spheres": SPHERES, "softer": f"{100.0 * softer(PRESSED):.0f}", "farther": f"{100.0 / (1.0 - softer(PRESSED)) - 100.0:.0f}",
-            "length": f"{1e3 * calibration.LENGTH:g}", "width": f"{2e3 * calibration.RADIUS:g}", "stocky": STOCKY_METAL,
-            "turning": (("bonds that turn", *percents), [(way, *(f"{100.0 * values[strain]:+.1f}" if strain in values else "" for strain in STRAINS)) for way, values in turning.items()]),
-            "sources": "\n".join(sources), "missed": "\n".join(missed),
-            "elastic": (("row", "spheres", "seed", "width [mm]", "E", "nu", *alike, "springback"), elastic),
-            "stresses": (("row", "spheres", "seed", "width [mm]", "", YIELD, *percents), stresses),
-            "shear": (("row", YIELD, *(f"{strain:g}" for strain in SHEAR_STRAINS)), shear)}
+    missed = list(filter(None, (sentence(*what, values) for what, values in every.items())))
+    return {"count": len(results), "spheres": calibration.SPHERES, "seed": SEED, "squeezed": f"{100.0 * SQUEEZED:g}",
+            "sources": "\n".join(sources), "missed": "\n".join(missed or ["Nothing is."]),
+            "elastic": (("row", "seed", "E", "nu"), elastic),
+            "stresses": (("row", "seed", "", YIELD, *(f"{100.0 * strain:g} %" for strain in STRAINS)), stresses),
+            "shear": (("row", "seed", *(f"{strain:g}" for strain in SHEAR_STRAINS)), shear),
+            "pressed": (("row", "largest pressure over the yield stress", "at 0.2 %", "0.5 %", "1 %", "2 %", "no pressure at [%]", "p at 2 %"),
+                        [pressure_row(name, found) for name, found in pressed.items()])}
 
 
 def main(words=None):
-    with Study(__doc__, "metals", only=list(METALS), large=list(METALS), ranks=2).started(words) as study:
-        results, more = {}, {}
+    with Study(__doc__, "metals", only=list(METALS), ranks=2).started(words) as study:
+        results, pressed = {}, {}
         for name in study.each(METALS):
-            bodies = (OTHER, *([LARGE] if name in study.large else []), *([STOCKY] if name == STOCKY_METAL else []))
-            results[name] = {body: loaded(name, body, study) for body in bodies}
-            more[name] = further(name, study)
+            results[name] = {seed: loaded(name, seed, study) for seed in OTHERS}
+            pressed[name] = squeezed(name, study)
         head, *blocks = POTENTIALS.read_text(encoding="utf-8").strip().split("\n\n")
         rows, stood = [], {block.splitlines()[-1].split()[0]: block for block in blocks}
         for name, metal in METALS.items():
@@ -335,8 +244,8 @@ def main(words=None):
             rows += ["", lines[0], f"#   source: {metal.title}: {metal.source}", f"#   heat: {metal.heat_source}", *lines[1:-1], f"{lines[-1]} {metal.heat}"]
         rows += [line for name, block in stood.items() if name not in METALS for line in ("", *block.splitlines())]
         POTENTIALS.write_text("\n".join([head, *rows, ""]), encoding="utf-8")
-        draw(study, results, more)
-        study.write(**page(results, more))
+        draw(study, results)
+        study.write(**page(results, pressed))
 
 
 if __name__ == "__main__":

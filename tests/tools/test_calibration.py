@@ -1,20 +1,17 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/calibrate.py without LAMMPS: flow curves, closed forms, refusals, run table, row, search on a body that is the closed form itself."""
+"""tools/calibrate.py without LAMMPS: flow curves, closed forms, refusals, row, search on a body that is the closed form itself."""
 
 import concurrent.futures
 import csv
-import json
 import math
 
 import calibrate
 import numpy as np
 import pytest
-import scipy.optimize
 from evp import calibration, curves, flow, law, measured
-from evp.calibration import Aims, Run, Targets, check
-from evp.run_table import Table
-from inputs import call, program
-from metals import from_handbook, turned_in
+from evp.calibration import Run, Targets, check
+from inputs import call
+from metals import from_handbook
 
 GOOD = {"--E": "70e9", "--yield": "95e6", "--stress": "150e6@0.05", "--density": "2700", "--name": "mine"}
 
@@ -23,16 +20,19 @@ ALLOY = flow.johnson_cook(265e6, 426e6, 0.34)
 
 
 def test_closed_form():
-    """Moduli with fix evp/volume: Poisson's ratio is the one asked for. The row: E = m n e1 Nb/(6 V) without it."""
+    """Moduli with fix evp/volume: Poisson's ratio is the one asked for. The row: E = m n e1 Nb/(6 V) without it, the flow curve, the elastic limit where it yields."""
     assert calibration.volume_ratio(0.25) == pytest.approx(0.0, abs=1e-12)
     stiffening, nu = calibration.moduli(calibration.volume_ratio(0.33))
     assert nu == pytest.approx(0.33) and stiffening == pytest.approx(0.8 * 1.33)  # E = 2 G (1 + nu), G = 0.4 E0
     targets = Targets(73e9, ALLOY, 2770.0)
-    material = calibration.material_of(Aims(73e9, None, targets.places, ALLOY.at(targets.places)), BODY)
+    material = calibration.material_of(73e9, None, targets, BODY)
     assert network_of(material, BODY) == pytest.approx(73e9, rel=1e-5) and material.kv == 0.0
     places, factors = law.check_flow(material.flow, material.row)
-    assert calibration.reach(places) * 73e9 * material.row.xi_s * factors == pytest.approx(ALLOY.at(places), rel=1e-4)
+    assert material.stress * factors == pytest.approx(ALLOY.at(places), rel=1e-4) and material.stress == 265e6
+    assert calibration.REACH * 73e9 * material.row.xi_s == pytest.approx(265e6, rel=1e-5)
     assert list(places) == list(calibration.PLASTIC) and law.hardening(material.row) > 0.0, "a row for plasticity none, too"
+    with_volume = calibration.material_of(73e9, 0.33, targets, BODY)
+    assert with_volume.kv > 0.0 and network_of(with_volume, BODY) == pytest.approx(73e9 / stiffening, rel=1e-5)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -101,13 +101,10 @@ ROW = "# UNITS: si\ntaken 80 8 4 3 8 4 0.005 0 1.5\n"
     *(({"--E": modulus, "--yield": "95", "--stress": "150@0.05"}, f"{modulus} Pa is softer than any metal: give all moduli and stresses in Pa")
       for modulus in ("70", "70000")),
     *(({"--yield": first, "--stress": "15e9@0.15"}, "no metal's share: give all moduli and stresses in Pa") for first in ("10e9", "1000")),
-    ({"--tension": None, "--compression": None}, "argument --compression: not allowed with argument --tension"),
     ({"--density": "2.7"}, "2.7 kg/m3 is no solid's: give kg/m3, such as 2700"),
     ({"--name": "two words"}, "cannot be the name of a row: letters, digits and _ . + - only"),
     ({"--name": "taken"}, "holds a row 'taken' already: give another name"),
     ({"--spheres": "10"}, "argument --spheres: give a whole number of 100 or more, got 10"),
-    ({"--body": "bar.data", "--seed": "2"}, "--seed is that of the cylinder: leave it out with --body"),
-    ({"--body": "bar.data", "--rate": "5e6@100"}, "--rate: not with --body"),
     ({"--rate": ["5e6@100", "6e6@10000"]}, "5e+06 Pa at 100/s and 6e+06 Pa at 10000/s are not linear in the rate"),
     ({"--heat": "conductivity 1 2"}, "argument --heat: expected some of conductivity K capacity CP soften TREF TMELT M [FLOOR] melt L rate C RATE0 expansion ALPHA TREF"),
     ({"--heat": "conductivity 1 capacity 2 conductivity 1"}, "argument --heat: conductivity is given twice"),
@@ -131,88 +128,21 @@ def test_refusals(tmp_path, monkeypatch, change, reason):
     assert [path.name for path in tmp_path.iterdir()] == ["out.evp"] and out.read_text(encoding="utf-8") == before
 
 
-ATOMS = "two\n\n2 atoms\n\nAtoms # sphere\n\n1 1 0.01 2700 0 0 0\n2 1 0.01 2700 0.01 0 0\n"
-
-
-@pytest.mark.parametrize("body, measures, reason", [
-    (None, None, "there is no file bar.data"),
-    (ATOMS, None, "there is no file bar.data.body; make the body by in.specimen or tools/body.py, which write both"),
-    (ATOMS, "variable length index 0.05\n", "bar.data.body gives no length or no volume of the body: make the body by"),
-    ("any", "variable length index 0.05\nvariable volume index 6e-5 # [m3]\n", "bar.data has no 'Atoms # sphere' section")])
-def test_bodies_that_are_refused(tmp_path, monkeypatch, body, measures, reason):
-    """No table is left behind."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("EVP_LMP", "/bin/true")
-    given = {name: text for name, text in (("bar.data", body), ("bar.data.body", measures)) if text}
-    for name, text in given.items():
-        (tmp_path / name).write_text(text, encoding="utf-8")
-    failed = call(calibrate.main, *(word for pair in GOOD.items() for word in pair), "--body", "bar.data", "--out", "m.evp", "--ranks", "1")
-    assert failed.returncode == 1 and f"error: {reason}" in failed.stderr and sorted(path.name for path in tmp_path.iterdir()) == sorted(given)
-
-
 def test_rows_are_appended_whole(tmp_path):
     """Also at once; what was there stays; a line holds the numbers of the row and its body."""
     out, count = tmp_path / "a.evp", 12
-    calibration.append(out, ["# a", "x " + calibration.Material(law.TABLE1).words(0.004, 12.5)])
-    calibration.append(out, ["y " + calibration.Material(law.TABLE2, 300.0, (0.0, 1.0, 0.05, 1.25)).words(0.004, 12.5)])
+    calibration.append(out, ["# a", "x " + calibration.Material(law.TABLE1, 0.0, (0.0, 1.0), 5e7, 2700.0).words(0.004, 12.5)])
+    calibration.append(out, ["y " + calibration.Material(law.TABLE2, 300.0, (0.0, 1.0, 0.05, 1.25), 6e7, 7900.0).words(0.004, 12.5)])
     with concurrent.futures.ThreadPoolExecutor(count) as pool:
         list(pool.map(lambda number: calibration.append(out, [f"row{number} 1"]), range(count)))
     text = out.read_text(encoding="utf-8").splitlines()
     assert text[0].startswith("# UNITS: si") and [path.name for path in tmp_path.iterdir()] == ["a.evp"]
-    assert text[-count - 2 : -count] == ["x 80 8 4 3 8 4 0.005 0 1.5 spacing 0.004 coordination 12.5",
-                                         "y 80 8 4 3 8 4 0.005 1000 1.5 spacing 0.004 coordination 12.5 kv 300 bonds thin flow 0 1 0.05 1.25"]
+    assert text[-count - 2 : -count] == ["x 80 8 4 3 8 4 0.005 0 1.5 spacing 0.004 coordination 12.5 flow 0 1 yield 5e+07 density 2700",
+                                         "y 80 8 4 3 8 4 0.005 1000 1.5 spacing 0.004 coordination 12.5 kv 300 flow 0 1 0.05 1.25 yield 6e+07 density 7900"]
     assert sorted(text[-count:]) == sorted(f"row{number} 1" for number in range(count))
 
 
-def test_table_drops_a_line_that_was_cut_off(tmp_path):
-    path = tmp_path / "t.jsonl"
-    table = Table(path, {"a": 1})
-    table.add({"kind": "pull", "number": 1, "state": "done"})
-    table.close()
-    with open(path, "a", encoding="utf-8") as target:
-        target.write('{"kind": "pull", "num')
-    table = Table(path, {"a": 1})
-    assert len(table.runs) == 1 and table.find(number=1)["state"] == "done"
-    table.add({"kind": "pull", "number": 2})
-    table.close()
-    assert [json.loads(line).get("number") for line in path.read_text(encoding="utf-8").splitlines()] == [None, 1, 2]
-    with pytest.raises(ValueError, match="another a"):
-        Table(path, {"a": 2})
-
-
-def test_a_second_calibration_leaves_one_that_is_running(tmp_path, monkeypatch):
-    """Its runs stay. One of another body is told so."""
-    monkeypatch.setenv("EVP_LMP", "/bin/true")
-    table = Table(tmp_path / "m.mine.jsonl", {})
-    table.add({"number": 1})
-    words = [word for pair in GOOD.items() for word in pair] + ["--out", str(tmp_path / "m.evp"), "--ranks", "1"]
-    options = calibrate.parser().parse_args(words)
-    with pytest.raises(ValueError, match="another calibration"):
-        calibrate.calibrate(options, words)
-    assert len(table.path.read_text(encoding="utf-8").splitlines()) == 2
-    table.close()
-
-
-def test_another_body_is_no_resumption(tmp_path, monkeypatch):
-    """The same data file beside other measures, too."""
-    monkeypatch.setenv("EVP_LMP", "/bin/false")
-    measures = "variable length index 0.05\nvariable volume index 6e-5\nvariable area index {}\n"
-    (tmp_path / "bar.data").write_text(ATOMS, encoding="utf-8")
-    words = [word for pair in GOOD.items() for word in pair] + ["--body", str(tmp_path / "bar.data"), "--out", str(tmp_path / "m.evp"), "--ranks", "1"]
-    seen = []
-
-    def kept(path, inputs):
-        seen.append(inputs["body"])
-        raise ValueError("enough")
-
-    monkeypatch.setattr(calibrate, "Table", kept)
-    for area in (1.2e-3, 1.2e-3, 1.3e-3):
-        (tmp_path / "bar.data.body").write_text(measures.format(area), encoding="utf-8")
-        assert "enough" in call(calibrate.main, *words).stderr
-    assert seen[0] == seen[1] != seen[2]
-
-
-BODY = calibration.Body(None, 4000, 26000, 0.003, 1e-5, 1.0)
+BODY = calibration.Body(None, 4000, 26000, 0.003, 1e-5)
 
 
 def network_of(material, body):
@@ -220,135 +150,75 @@ def network_of(material, body):
     return 32.0 * material.row.e1 * body.bonds / body.volume / 6.0
 
 
-def affine_stress(strains, material, body):
-    """Nominal stress [Pa] at nominal strains of a body whose bonds all share one strain, free sideways.
-
-    The strains are the path, in small steps from 0 on. One plastic strain for all spheres; the volume energy is
-    kv/2 N theta^2, theta the change of volume.
-    """
-    cosine, weights = (lambda nodes: (0.5 * (nodes[0] + 1.0), 0.5 * nodes[1]))(np.polynomial.legendre.leggauss(24))
-    c2, deq, plastic, found, before, wide = cosine**2, np.ones(24), 0.0, [], 0.0, 0.0
-
-    def pull(a, b):
-        """(axial, lateral stress, what flowed) at a, b."""
-        stretch = np.sqrt((1.0 + a) ** 2 * c2 + (1.0 + b) ** 2 * (1.0 - c2))
-        flowed = law.flow_bond(stretch, deq, material.row, law.limit(plastic, material.row, material.flow or None), 1.0)
-        along = -body.bonds / body.volume * weights * flowed.force / stretch
-        push = material.kv * body.count / body.volume * ((1.0 + a) * (1.0 + b) ** 2 - 1.0) * (1.0 + b)
-        axial = np.sum(along * c2) * (1.0 + a) + push * (1.0 + b)
-        return axial, np.sum(along * (1.0 - c2)) * (1.0 + b) + 2.0 * push * (1.0 + a), flowed
-
-    for a in strains:
-        most = 2.0 * (a - before)
-        wide, before = scipy.optimize.brentq(lambda b: pull(a, b)[1], wide - most, wide + most), a
-        stress, _, flowed = pull(a, wide)
-        deq, plastic = flowed.deq, plastic + float(np.sum(weights * flowed.slip)) / law.SLIP_PER_STRAIN
-        found.append(stress)
-    return np.array(found)
+def measured_moduli(material, *_):
+    """A stand-in for in.moduli: the closed form, with E and nu that are off, nu the more the larger."""
+    words = material["coeff"].split()
+    kv = float(words[words.index("kv") + 1]) if "kv" in words else 0.0
+    network = 32.0 * float(words[0]) * BODY.bonds / BODY.volume / 6.0
+    stiffening, nu = calibration.moduli(kv * BODY.count / BODY.volume / network)
+    return calibration.Moduli(0.9 * network * stiffening, 0.01 + 0.95 * nu, 0.0, 0.0)
 
 
-def test_affine_body():
-    """Of Table 1 at first the curve of eq. 8; beyond, limits of spheres leave that of bonds."""
-    nominal = {0.005: 0.00489, 0.006: 0.00568}
-    strains = np.linspace(0.0, 0.006, 61)[1:]
-    table1 = calibration.Material(law.TABLE1)
-    stress = affine_stress(strains, table1, BODY) / network_of(table1, BODY)
-    assert np.interp(list(nominal), strains, stress) == pytest.approx(list(nominal.values()), rel=3e-3)
+def sheared(factor, curve=ALLOY):
+    """A Run of shear whose stress is a factor times that of the curve by von Mises, from where averages begin."""
+    strain = np.linspace(0.1, 3.0, 400)
+    return Run(strain, factor * curve.at(strain / math.sqrt(3.0)) / math.sqrt(3.0))
 
 
-def closed_form_run(search, _, way, material):
-    """A stand-in for the run: an affine body with a modulus that is off, and less hardening."""
-    end = search.targets.end(way)
-    sign, size = math.copysign(1.0, end), abs(end)
-    strains = np.concatenate([np.arange(1e-4, 0.008, 2e-4), np.arange(0.008, size, 4e-3), [size]])
-    stress = 0.9 * np.abs(affine_stress(sign * strains, material, search.body))
-    modulus = stress[0] / strains[0]
-    nu = calibration.moduli(material.kv * search.body.count / search.body.volume / network_of(material, search.body))[1]
-    return Run(modulus, 0.01 + nu, 0.95 * curves.yield_stress(strains, stress, modulus), strains, stress, sign)
+def pulled(factor, curve, modulus, end):
+    strain = np.linspace(0.0, end, 2001)
+    return Run(strain, factor * curve.true_stress(strain, modulus))
 
 
-@pytest.mark.parametrize("ways", [("tension", "compression"), ("compression",)])
+def made_loads(_, targets, *__):
+    """Stand-ins for the loads: 3 % too much in tension, 4 % too little in shear."""
+    return {"tension": pulled(1.03, targets.curve, targets.modulus, 0.22), "compression": pulled(1.0, targets.curve, targets.modulus, 0.62), "shear": sheared(0.96, targets.curve)}
+
+
 @pytest.mark.parametrize("targets", [
-    Targets(73e9, ALLOY, 2770.0, 0.33), Targets(70e9, flow.through(70e9, 95e6, ((150e6, 0.05),)), 2700.0, 0.33),
-    Targets(70e9, flow.through(70e9, 95e6, ((150e6, 0.05), (99e6, 0.01), (102e6, 0.02))), 2700.0)], ids=["Johnson-Cook", "two stresses", "nearly flat at first"])
-def test_search_meets_the_targets(tmp_path, monkeypatch, targets, ways):
-    monkeypatch.setattr(calibration.Search, "run", closed_form_run)
+    Targets(73e9, ALLOY, 2770.0, 0.33), Targets(70e9, flow.through(70e9, 95e6, ((150e6, 0.05),)), 2700.0, 0.4),
+    Targets(70e9, flow.through(70e9, 95e6, ((150e6, 0.05), (99e6, 0.01), (102e6, 0.02))), 2700.0)], ids=["Johnson-Cook", "two stresses", "without nu"])
+def test_search_meets_the_targets(tmp_path, monkeypatch, targets):
+    """E and nu within 0.2 %; what the row misses in the three ways is told, at the strains that the curve is known to."""
+    monkeypatch.setattr(calibration, "moduli_of", measured_moduli)
+    monkeypatch.setattr(calibration, "loads", made_loads)
     said = []
-    result = calibration.Search(targets._replace(ways=ways), BODY, None, 1, tmp_path, 10.0, said.append).result()
-    whats = [what for what in result.residuals[ways[-1]] if what != calibration.YIELD and what >= (0.05 if targets.curve is ALLOY else 0.02)]
-    means = [np.mean([result.residuals[way].get(what, math.nan) for way in ways]) for what in whats]
-    assert result.passes <= 4 and abs(result.residuals["elastic"]["E"]) < 0.005 and len(said) == result.passes
-    assert np.nanmax(np.abs(means)) <= 0.03 and len(whats) == (6 if targets.curve is ALLOY else 1), "what tension and compression miss is opposite"
-    assert (result.material.kv > 0.0) == (targets.nu is not None)
-    assert targets.nu is None or abs(result.residuals["elastic"]["nu"]) < 0.02
+    result = calibration.Search(targets, BODY._replace(path=tmp_path / "b"), 1, tmp_path, said.append).result()
+    elastic = result.residuals["elastic"]
+    assert result.passes <= calibration.MOST_PASSES and abs(elastic["E"]) < 0.002 and len(said) == result.passes + 1
+    assert (result.material.kv > 0.0) == (targets.nu is not None) == ("nu" in elastic) and abs(elastic.get("nu", 0.0)) < 0.002
+    tension, shear = result.residuals["tension"], result.residuals["shear"]
+    assert all(value == pytest.approx(0.03, abs=2e-3) for what, value in tension.items() if what != calibration.YIELD)
+    assert tension[calibration.YIELD] == pytest.approx(0.03, abs=5e-3) and calibration.YIELD in result.residuals["compression"]
+    far = targets.curve is ALLOY
+    assert list(shear) == ([0.5, 1.0, 2.0, 3.0] if far else []) and shear == pytest.approx({at: -0.04 for at in shear}, abs=1e-6)
+    assert (max(what for what in tension if what != calibration.YIELD) == 0.2) == far and not result.misses()
 
 
-def test_ways_that_differ_share_what_they_miss():
-    """Tension to a plastic strain of 0.14 gives 10 % more, compression 10 % less: no change there; beyond, what compression misses is left by less and less."""
-    targets = Targets(73e9, ALLOY, 2770.0)
-    runs = {}
-    for way, factor in (("tension", 1.1), ("compression", 1.0 / 1.1)):
-        sign, plastic = math.copysign(1.0, calibration.WAYS[way]), np.linspace(0.001, 0.16 if way == "tension" else 0.6, 500)
-        true = factor * ALLOY.at(plastic)
-        strain = np.expm1(sign * (plastic + true / 73e9))
-        runs[way] = Run(73e9, 0.25, 3e8, np.abs(strain), true / (1.0 + strain), sign)
-    aims, change = calibration.corrected(Aims(73e9, None, targets.places, ALLOY.at(targets.places)), targets, runs)
-    factors = dict(zip(aims.places, aims.stresses / ALLOY.at(aims.places)))
-    assert [factors[place] for place in (0.0, 0.05, 0.12)] == pytest.approx([1.0] * 3, abs=1e-3)
-    assert [factors[place] for place in (0.3, 0.45, 2.0)] == pytest.approx([1.1 ** (1.0 - 0.12 / place) for place in (0.3, 0.45, 0.45)], rel=1e-3)
-    assert change == pytest.approx(np.sqrt(np.mean(np.log(list(factors.values())) ** 2)), rel=1e-6)
-
-
-def sheared(factor):
-    """A Run of shear whose stress is a factor times that of the alloy by von Mises, from where averages begin."""
-    strain = np.linspace(0.1, 2.0 * math.sqrt(3.0), 400)
-    return Run(math.inf, math.nan, math.nan, strain, factor * ALLOY.at(strain / math.sqrt(3.0)) / math.sqrt(3.0), 0.0)
-
-
-def test_shear_is_one_of_three():
-    """It gives 20 % more: a third of it is taken away where compression reaches; beyond, the difference of there fades and the rest is taken away."""
-    strain = np.linspace(0.0, 0.4, 2001)
-    targets = Targets(73e9, ALLOY, 2770.0, ways=("compression", "shear"))
-    runs = {"compression": Run(73e9, 0.25, 3e8, strain, ALLOY.nominal(-strain, 73e9), -1.0), "shear": Run.from_json(json.loads(json.dumps(sheared(1.2).as_json())))}
-    aims, _ = calibration.corrected(Aims(73e9, None, targets.places, ALLOY.at(targets.places)), targets, runs)
-    factors = dict(zip(aims.places, aims.stresses / ALLOY.at(aims.places)))
-    assert [factors[place] for place in (0.05, 0.12, 0.45)] == pytest.approx([1.0, 1.2 ** (-1.0 / 3.0), 1.2 ** (-1.0 / 3.0)], abs=1e-3), "averages of shear begin at 0.06"
-    assert [factors[place] for place in (0.7, 1.0, 2.0)] == pytest.approx([1.2 ** (0.3 / place - 1.0) for place in (0.7, 1.0, 2.0)], rel=2e-3)
-    off = targets.residuals(runs)["shear"]
-    assert off == pytest.approx({strain: 0.2 for strain in (0.5, 1.0, 2.0, 3.0)}, abs=1e-3)
-    result = calibration.Result(None, runs, {"shear": {2.0: 0.14, 3.0: 0.16}})
-    assert result.misses() == {"shear": {3.0: 0.16}}
+def test_what_is_a_miss():
+    result = calibration.Result(None, None, {}, {"elastic": {"E": 0.021, "nu": 0.029}, "tension": {0.05: -0.051, 0.1: 0.049}, "shear": {1.0: -0.059, 2.0: 0.061}})
+    assert result.misses() == {"elastic": {"E": 0.021}, "tension": {0.05: -0.051}, "shear": {2.0: 0.061}}
 
 
 @pytest.mark.parametrize("curve, yields", [(ALLOY, 265e6), (flow.johnson_cook(90e6, 292e6, 0.31), 90e6), (flow.through(73e9, 200e6, ((300e6, 0.1),)), 200e6)])
 def test_the_picture_is_elastic_up_to_yield(tmp_path, curve, yields):
     """However far the row was sheared: the first line of the flow curve has the slope E and ends where the metal yields; between its points the curve is straight."""
-    targets, strain = Targets(73e9, curve, 2770.0), np.linspace(0.0, 0.15, 500)
-    runs = {"tension": Run(73e9, 0.33, 3e8, strain, curve.nominal(strain, 73e9), 1.0), "shear": sheared(1.0)}
-    path = calibration.draw("mine", targets, calibration.Result(None, runs, {}), tmp_path / "mine.png")
+    targets = Targets(73e9, curve, 2770.0)
+    runs = {"tension": pulled(1.0, curve, 73e9, 0.15), "shear": sheared(1.0, curve)}
+    path = calibration.draw("mine", targets, calibration.Result(None, None, runs, {}), tmp_path / "mine.png")
     with open(f"{path}.csv", encoding="utf-8", newline="") as source:
         percent, stress = np.array([line[1:] for line in csv.reader(source) if line[0] == "flow curve"], dtype=float).T
     assert stress[1] == pytest.approx(yields / 1e6, rel=0.01) and stress[1] / percent[1] == pytest.approx(730.0, rel=1e-4)
     between = 0.5 * (percent[1:] + percent[:-1]) / 100.0
-    assert curve.true_stress(between, 73e9) / 1e6 == pytest.approx(0.5 * (stress[1:] + stress[:-1]), rel=1e-4) and percent[-1] == pytest.approx(200.0)
+    assert curve.true_stress(between, 73e9) / 1e6 == pytest.approx(0.5 * (stress[1:] + stress[:-1]), rel=1e-4) and percent[-1] == pytest.approx(300.0 / math.sqrt(3.0))
 
 
-def test_bonds_that_turn():
-    """Of bonds in all directions: shear yields at 3/pi of what von Mises says; per strain tension gains, and compression loses, what the integral over directions says,
-    and two thirds of it where bonds thin, as with the third power of the thickness nothing is left."""
-    assert turned_in("shear", 0.0) == pytest.approx(3.0 / math.pi - 1.0, abs=1e-3)
-    root = math.sqrt(3.0)
-    slope = 4.5 * (2.0 / 15.0 - 8.0 / (45.0 * root)) / (2.0 / (3.0 * root))  # 4.5 of |d/dt| of cos^2, over the mean of |1.5 cos^2 - 0.5|
-    for thin, share in ((False, 1.0), (True, 2.0 / 3.0)):
-        assert (turned_in("tension", 0.01, thin) - turned_in("compression", 0.01, thin)) / 0.02 == pytest.approx(share * slope, rel=0.01)
-
-
-@pytest.mark.parametrize("words, is_sheared", [
-    (["--johnson-cook", "265e6", "426e6", "0.34"], True), (["--johnson-cook", "265e6", "426e6", "0.34", "--compression"], False),
-    (["--johnson-cook", "265e6", "426e6", "0.34", "--body", "bar.data"], False), (["--yield", "95e6", "--stress", "150e6@0.05"], False)])
-def test_what_is_sheared(words, is_sheared):
-    options = calibrate.parser().parse_args(["--E", "70e9", "--density", "2700", "--name", "mine", "--out", "my.evp", *words])
-    assert ("shear" in calibrate.targets_of(options).ways) == is_sheared
+@pytest.mark.parametrize("words, jobs", [
+    (["--johnson-cook", "265e6", "426e6", "0.34"], ["tension", "compression", "shear"]), (["--yield", "95e6", "--stress", "150e6@0.05"], ["tension", "compression"])])
+def test_a_row_is_loaded_as_far_as_its_curve_is_known(tmp_path, words, jobs):
+    targets = calibrate.targets_of(calibrate.parser().parse_args(["--E", "70e9", "--density", "2700", "--name", "mine", "--out", "my.evp", *words]))
+    made = calibration.jobs_of({}, targets, BODY, tmp_path)
+    assert list(made) == jobs and float(made["tension"].variables["strain"]) == pytest.approx(min(0.22, targets.curve.end + targets.curve.at(targets.curve.end) / 70e9))
 
 
 @pytest.mark.parametrize("words, text", [
@@ -367,13 +237,6 @@ def test_exponent_of_johnson_cook():
         calibrate.heat_words(calibrate.parser().parse_args(words))
     with pytest.raises(ValueError, match="takes A B n, or A B n C m, got 4 numbers"):
         calibrate.targets_of(calibrate.parser().parse_args(words[:-1]))
-
-
-def test_increments_grow():
-    found = calibration.legs(0.003, 0.006, -0.4, 1.0)
-    ends, increments = np.array(found).T
-    assert ends == pytest.approx([-0.0006, -0.0078, -0.015, -0.05, -0.4]) and np.all(np.diff(increments[1:]) > 0.0)
-    assert [end for end, _ in calibration.legs(0.003, 0.006, 0.012, 0.5)] == pytest.approx([0.0006, 0.0078, 0.012])
 
 
 @pytest.mark.parametrize("sign, is_true, column, unit", [(1.0, False, "stress", 1.0), (1.0, True, "stress_MPa", 1e6), (-1.0, False, "stress_MPa", 1e6), (-1.0, True, "stress", 1.0)])
@@ -446,9 +309,3 @@ def test_curves_that_are_refused(tmp_path, text, reason):
     (tmp_path / "test.csv").write_text(text, encoding="utf-8")
     with pytest.raises(ValueError, match=reason):
         measured.read_measured(tmp_path / "test.csv", 70e9, False)
-
-
-def test_a_run_that_hangs_is_ended(tmp_path, monkeypatch):
-    monkeypatch.setenv("EVP_LMP", str(program(tmp_path / "lmp", "exec sleep 60")))
-    with pytest.raises(calibration.Failed, match="timed out after 0"):
-        calibration.call("in.quasistatic", {}, 1, tmp_path, 0.3, "x")

@@ -10,11 +10,9 @@ import calibrate
 import evp
 import pytest
 import site_pages
-from evp import calibration, flow, run, surface
-from evp.calibration import Targets
+from evp import calibration, run, surface
 from evp.run import CHECKOUT as ROOT
 from evp.run import RunError
-from evp.run_table import Table
 from inputs import call, program
 
 TOOLS = ROOT / "tools"
@@ -117,20 +115,16 @@ def test_root_may_start_ranks(monkeypatch):
     assert [run.environment().get(name) for name in names] == [None, None]
 
 
-def test_calibration_does_not_try_again(refusing, tmp_path, monkeypatch):
-    """A search would halve the increments; the body would be packed twice. The command says it."""
-    body = calibration.Body(tmp_path / "body.data", 4000, 26000, 0.003, 1e-5, 1.0)
-    table = Table(tmp_path / "t.jsonl", {})
-    try:
-        search = calibration.Search(Targets(70e9, flow.through(70e9, 95e6, ((150e6, 0.05),)), 2700.0), body, table, 2, tmp_path, 10.0, print)
-        with pytest.raises(RunError, match=f"in.quasistatic: LAMMPS did not start .exit 1.: {SAID}\n.*run evp doctor"):
-            search.result()
-        assert refusing.read_text().split() == ["start"] and not table.runs
-    finally:
-        table.close()
+def test_a_calibration_says_it(refusing, tmp_path, monkeypatch):
+    """Where ranks cannot be started; there is no second try, and no row."""
+    body = calibration.Body(tmp_path / "periodic.data", 4000, 26000, 0.003, 1e-5)
+    with pytest.raises(RunError, match=f"in.shear: LAMMPS did not start .exit 1.: {SAID}\n.*run evp doctor"):
+        calibration.call("in.shear", {}, 2, tmp_path, "x")
+    assert refusing.read_text().split() == ["start"]
+    monkeypatch.setenv("EVP_LMP", str(tmp_path / "nowhere"))
     monkeypatch.setattr(calibration, "make_body", lambda *_: body)
-    done = call(calibrate.main, *"--E 70e9 --yield 95e6 --stress 150e6@0.05 --density 2700 --name mine --ranks 2 --out".split(), tmp_path / "m.evp")
-    assert done.returncode == 1 and SAID in done.stderr and "run evp doctor" in done.stderr and not (tmp_path / "m.evp").exists()
+    done = call(calibrate.main, *"--E 70e9 --yield 95e6 --stress 150e6@0.05 --density 2700 --name mine --out".split(), tmp_path / "m.evp")
+    assert done.returncode == 1 and "run tools/setup.sh first" in done.stderr and not (tmp_path / "m.evp").exists()
 
 
 def test_an_lmp_without_its_library(tmp_path, monkeypatch):
@@ -138,7 +132,7 @@ def test_an_lmp_without_its_library(tmp_path, monkeypatch):
     lmp = program(tmp_path / "lmp", f"echo start >> {tmp_path}/starts\necho 'lmp: error while loading shared libraries: liblammps.so.0' >&2\nexit 127")
     monkeypatch.setenv("EVP_LMP", str(lmp))
     with pytest.raises(RunError, match="exit 127.: lmp: error while loading shared libraries: liblammps.so.0\n"):
-        calibration.make_body(tmp_path, 100, 1, 2700.0, 10.0)
+        calibration.make_body(tmp_path, 100, 1, 2700.0)
     assert (tmp_path / "starts").read_text().split() == ["start"]
 
 

@@ -69,6 +69,7 @@ LOADS = (
     Load("in.bending", "deflection", ("strain", "stress", "stress"), "E", "strain of the outer fibre, as of a beam without shear",
          "stress of the outer fibre, of elastic beams"),
     Load("in.shear", "shear_stress", ("strain", "shear_stress", "shear_stress"), "G", "shear strain", "shear stress"),
+    Load("in.uniaxial", "volume_change", ("strain", "stress", "stress"), "E", "true strain", "true stress"),
     Load("in.upset", "width_plates", ("strain", "stress", "stress"), "E", "height lost, over the height", "nominal stress"),
     Load("in.pull", "stress", ("strain", "stress", "stress"), "E", "nominal strain", "nominal stress"),
 )

@@ -69,10 +69,10 @@ def middle_strains(specimen, x, length=0.05):
     return strains[0], 0.5 * (strains[1] + strains[2])
 
 
-def bond_lengths(specimen, alpha):
-    """Distances (B,) of the pairs that a row with this alpha bonds."""
-    i, j = pairs_within(specimen, alpha)[0].T
-    return np.linalg.norm(specimen.x[i] - specimen.x[j], axis=1)
+def bond_lengths(specimen, alpha, periodic=False):
+    """Distances (B,) of the pairs that a row with this alpha bonds; periodic: on all sides of the box."""
+    pairs, ratio = pairs_within(specimen, alpha, periodic)
+    return ratio * specimen.radius[pairs].sum(axis=1)
 
 
 def thickness(specimen, alpha):
@@ -80,11 +80,14 @@ def thickness(specimen, alpha):
     return float(np.mean(1.0 / pairs_within(specimen, alpha)[1]))
 
 
-def pairs_within(specimen, reach):
+def pairs_within(specimen, reach, periodic=False):
     """Pairs (P,2) of 0-based indices with d <= reach (R_i + R_j), and their d/(R_i + R_j)."""
-    pairs = cKDTree(specimen.x).query_pairs(2.0 * reach * specimen.radius.max(), output_type="ndarray")
+    low, size = specimen.box[:, 0], np.ptp(specimen.box, axis=1)
+    x = (specimen.x - low) % size if periodic else specimen.x
+    pairs = cKDTree(x, boxsize=size if periodic else None).query_pairs(2.0 * reach * specimen.radius.max(), output_type="ndarray")
     i, j = pairs.T
-    distance = np.linalg.norm(specimen.x[i] - specimen.x[j], axis=1)
+    apart = x[i] - x[j]
+    distance = np.linalg.norm(apart - size * np.round(apart / size) if periodic else apart, axis=1)
     ratio = distance / (specimen.radius[i] + specimen.radius[j])
     near = ratio <= reach
     return pairs[near], ratio[near]

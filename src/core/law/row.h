@@ -154,13 +154,6 @@ namespace rule {
     if (row.soften_tref < 0.0)
       throw BadInput("melt needs soften TREF TMELT M in front of it, which says where it melts");
   }
-  inline void yield_stress(const Row &row, const Member *self)
-  {
-    positive(row, self);
-    if (!(row.density > 0.0 && row.coordination > 0.0))
-      throw BadInput("yield needs density, which says what stress a force of spheres is, and "
-                     "spacing and coordination of the body that the row was found on");
-  }
   inline void volume_stiffness(const Row &row, const Member *self)
   {
     demand(row.*self->value >= 0.0 && row.*self->value <= HIGHEST_KV, row, self,
@@ -184,7 +177,7 @@ constexpr Member MEMBERS[] = {
     {"coordination", &Row::coordination, rule::positive},
     {"kv", &Row::kv, rule::volume_stiffness},
     {"density", &Row::density, rule::positive},
-    {"yield", &Row::yield, rule::yield_stress},
+    {"yield", &Row::yield, rule::positive},
     {"conductivity", &Row::conductivity, rule::positive},
     {"capacity", &Row::capacity, rule::positive},
     {"soften", &Row::soften_tref, rule::above_zero_temperature},

@@ -104,6 +104,9 @@ inline Row parse_row(const std::vector<std::string> &words)
                      ", flow, limit, bonds");
     at = parse_keyword(words, at, *member, row);
   }
+  if (row.yield > 0.0 && !(row.density > 0.0 && row.coordination > 0.0))
+    throw BadInput("yield needs density, which says what stress a force of spheres is, and spacing "
+                   "and coordination of the body that the row was found on");
   if ((row.spacing > 0.0) != (row.coordination > 0.0))
     throw BadInput("spacing and coordination are given together or not at all: both say which "
                    "bodies the row holds for");
