@@ -11,7 +11,7 @@ set             group all density 4728                  # 2770 kg/m3 over the so
 neighbor        3.6e-4 bin                              # 6 % of the largest diameter
 # material: the row of potentials/metals.evp, which is scaled with the bonds of this body; bonds flow and harden
 pair_style      evp/lj contact join plasticity isotropic
-pair_coeff      * * 25.1219 8 4 0.942071 8 4 0.00269261 0 1.5 spacing 0.00273892 coordination 13.015 kv 232.787 bonds thin &
+pair_coeff      * * 25.1219 8 4 0.942071 8 4 0.00269261 0 1.5 spacing 0.00273892 coordination 13.015 kv 232.787 &
                 flow 0 1 0.002 1.19432 0.005 0.991017 0.01 1.02681 0.02 1.09848 0.05 1.15095 0.08 1.29042 0.12 1.3971 0.2 1.62874 0.3 1.91623 0.45 2.22277 &
                 0.7 2.55267 1 2.8009 1.5 3.08328 2 3.49112
 fix             bonds all evp/bonds

@@ -61,11 +61,11 @@ class Led(NamedTuple):
     slip: np.ndarray  # |ln| so far
 
 
-def lead(distances, deq, row, flow=None, touching=None, first=1, thin=None, every=10):
-    """A bond by tools/evp/law.py, or with touching = R_i + R_j a contact, with thin = R_i + R_j a bond that thins, at the distances of the steps first, first + 1, ...: p and the limit move on at
+def lead(distances, deq, row, flow=None, touching=None, first=1, every=10):
+    """A bond by tools/evp/law.py, or with touching = R_i + R_j a contact, at the distances of the steps first, first + 1, ...: p and the limit move on at
     steps divisible by `every`, before the forces; a bond that is beyond a limit that has fallen is returned at fixed distance."""
     def move(d, deq, y):
-        return law.flow_bond(d, deq, row, y, thin) if touching is None else law.flow_contact(d, deq, touching, row, y)
+        return law.flow_bond(d, deq, row, y) if touching is None else law.flow_contact(d, deq, touching, row, y)
 
     work, p, slip, slips, y, rows = 0.0, 0.0, 0.0, 0.0, float(law.limit(0.0, row, flow)), []
     for step, d in enumerate(distances, start=first):

@@ -69,10 +69,10 @@ def test_a_number_of_a_row_is_set(lmp, tmp_path):
 
 @pytest.mark.parametrize("command, key", [
     (f"read_evp_row {TABLE1} kv 1 density 2700 kv 2 x", "kv"), ("read_evp_row density.evp:a x", "density"), ("read_evp_row flow.evp a x", "flow"),
-    (f"pair_style evp/lj\npair_coeff * * {TABLE1} limit own limit own", "limit"), ("pair_style evp/lj\npair_coeff * * bonds.evp:first", "bonds")])
+    (f"pair_style evp/lj\npair_coeff * * {TABLE1} limit own limit own", "limit"), ("pair_style evp/lj\npair_coeff * * limit.evp:first", "limit")])
 def test_a_keyword_of_a_row_is_not_given_twice(lmp, tmp_path, command, key):
     """Not even with the same value, nor in another row of the file."""
-    for name, more in {"density": "density 1 density 1", "flow": "flow 0 1 flow 0 1 1 2", "bonds": "bonds thin kv 2 bonds thin"}.items():
+    for name, more in {"density": "density 1 density 1", "flow": "flow 0 1 flow 0 1 1 2", "limit": "limit own kv 2 limit own"}.items():
         (tmp_path / f"{name}.evp").write_text(f"# UNITS: si\nfirst {TABLE1}\na {TABLE1} {more}\n", encoding="utf-8")
     run = lmp("units si\natom_style sphere\nregion box block 0 1 0 1 0 1\ncreate_box 1 box\n" + command + "\n", 2)
     assert run.returncode == 1 and f"keyword {key} of a row is given twice: leave one out" in " ".join(run.stdout.split()), run.stdout[-300:]

@@ -14,12 +14,11 @@ from small_bodies import dump, energies, grips, head, mass_of, pair, thermo, tur
 ROW = law.TABLE1
 FORCE = ROW.m1 * ROW.n1 * ROW.e1 * ROW.xi_s / 0.01  # of a pair at its threshold [N]
 FALLING = (0, 1, 2, 3, 10, 0.5)  # Y rises and falls
-THIN = " bonds thin"
 
 
 # ---- one pair, led to random distances
 
-DEQ, SUM_RADII = 0.011, 0.01
+DEQ = 0.011
 LED = """
 fix hold all nve/noforce
 timestep 1e-12
@@ -42,11 +41,10 @@ write_evp_bonds end.bonds
 """
 
 
-@pytest.mark.parametrize("e2, table, thin, update", [
-    (0.3, None, None, 10), (3.0, FALLING, None, 10), (3.0, "own", None, 10), (3.0, FALLING, SUM_RADII, 10), (0.3, None, None, 1), (3.0, FALLING, None, 7)])
-def test_a_pair_through_random_reversals(lmp, tmp_path, e2, table, thin, update):
+@pytest.mark.parametrize("e2, table, update", [(0.3, None, 10), (3.0, FALLING, 10), (3.0, "own", 10), (0.3, None, 1), (3.0, FALLING, 7)])
+def test_a_pair_through_random_reversals(lmp, tmp_path, e2, table, update):
     """300 of them (2000: tests/unit), each in one timestep, some without a change of the distance, some by a fifth of it, with limits that grow, that fall,
-    of a pair of two types that holds by its own, and of one that thins."""
+    and of a pair of two types that holds by its own."""
     row = ROW._replace(e2=e2)
     rng = np.random.default_rng(7)
     targets = rng.uniform(-0.03, 0.03, 300) * DEQ
@@ -54,14 +52,14 @@ def test_a_pair_through_random_reversals(lmp, tmp_path, e2, table, thin, update)
     targets[3::8] = targets[2::8]
     write_two(tmp_path / "body.data", DEQ)
     (tmp_path / "targets.txt").write_text("".join(f"{0.5 * DEQ + target:.17g}\n" for target in targets))
-    start, coeffs = "read_data body.data", f"pair_coeff * * {words(row)}{flow_words(table)}{THIN if thin else ''}\n"
+    start, coeffs = "read_data body.data", f"pair_coeff * * {words(row)}{flow_words(table)}\n"
     if table == "own":
         start += " extra/atom/types 1\nset atom 2 type 2"
         coeffs, table = f"pair_coeff * * {words(row._replace(xi_s=0.002))}{flow_words(FALLING)}\npair_coeff 1 2 {words(row)} limit own\n", (0, 1)
     style = f"pair_style evp/lj contact none plasticity isotropic{f' update {update}' if update != 10 else ''}\n{coeffs}fix bonds all evp/bonds\n"
     lmp(head("off", start=start, skin=0.006) + style + LED, 2).ok()
     found = read_csv(tmp_path / "way.csv")
-    led = lead(found["d"], DEQ, row, table, thin=thin, every=update)
+    led = lead(found["d"], DEQ, row, table, every=update)
     fell = np.any(np.diff(led.limit) < 0.0)
     assert len(found["d"]) == 300 and np.ptp(led.deq) > 0.02 * DEQ and (table == (0, 1) or np.ptp(led.limit) > ROW.xi_s) and fell == (table == FALLING), "control"
     assert np.abs(found["deq"] / led.deq - 1.0).max() < 1e-12
@@ -82,13 +80,13 @@ SOFTENS = (0, 1, 0.1, 2, 0.3, 0.5)
 TABLES = {1: None, 2: SOFTENS}
 
 
-@pytest.mark.parametrize("contact, broken, newton, ranks, thins, update", [
-    ("none", None, "off", 2, False, 10), ("repulsive", 0.3, "on", 1, True, 10), ("join 1.2", 0.3, "off", 2, True, 10), ("join 1.35", None, "on", 1, False, 10),
-    ("repulsive", 0.3, "on", 3, True, 40), ("join 1.2", 0.3, "off", 1, True, 4)])
-def test_a_body_of_two_types(lmp, tmp_path, small, contact, broken, newton, ranks, thins, update):
+@pytest.mark.parametrize("contact, broken, newton, ranks, update", [
+    ("none", None, "off", 2, 10), ("repulsive", 0.3, "on", 1, 10), ("join 1.2", 0.3, "off", 2, 10), ("join 1.35", None, "on", 1, 10),
+    ("repulsive", 0.3, "on", 3, 40), ("join 1.2", 0.3, "off", 1, 4)])
+def test_a_body_of_two_types(lmp, tmp_path, small, contact, broken, newton, ranks, update):
     """Its motion, deq and energies, and p and work of its spheres, as tests/oracle/metal.py has them after 200 steps: with limits by the types of the
-    spheres, one that hardens and one that softens, bonds that end, and those of one type that thin."""
-    coeffs = f"pair_coeff 1 1 {words(FLOWING)}{THIN if thins else ''}\npair_coeff 2 2 {words(WEAK)}{flow_words(SOFTENS)}\npair_coeff 1 2 {words(SOFT)}\n"
+    spheres, one that hardens and one that softens, and bonds that end."""
+    coeffs = f"pair_coeff 1 1 {words(FLOWING)}\npair_coeff 2 2 {words(WEAK)}{flow_words(SOFTENS)}\npair_coeff 1 2 {words(SOFT)}\n"
     style = f"pair_style evp/lj contact {contact} plasticity isotropic break {broken or 'none'}{f' update {update}' if update != 10 else ''}\n{coeffs}{BONDS}\n"
     text = head(newton) + style + SHAKE + "fix energy all evp/energy\nfix move all nve\ntimestep 3e-7\nthermo 200\n" + thermo("ke f_energy f_energy[*]")
     text += dump(every=200) + "run 200\nwrite_evp_bonds end.bonds\n"
@@ -96,7 +94,7 @@ def test_a_body_of_two_types(lmp, tmp_path, small, contact, broken, newton, rank
     first, last = run.dump("all.dump")
     bonds = {key: deq for key, deq in small.bonds.items() if deq <= 1.1 * sum(small.radius[k - 1] for k in key)}
     body = metal.Metal(first.x, first.v, small.radius, mass_of(small.radius), ROWS, bonds, 3e-7, TABLES, small.types, contact.split()[0],
-                       failure=broken, every=update, join=float((contact + " 1.2").split()[1]), thins=[(1, 1)] if thins else []).run(200)
+                       failure=broken, every=update, join=float((contact + " 1.2").split()[1])).run(200)
     found, pairs = energies(run.thermo()), read_pairs(tmp_path / "end.bonds")
     assert np.abs(last.x - body.x).max() < 1e-10 and np.abs(last.v - body.v).max() < 1e-8 * np.abs(body.v).max()
     for own, wanted in ((pairs.bonds, body.records()), (pairs.contacts, body.records(bonds=False))):
@@ -111,7 +109,7 @@ def test_a_body_of_two_types(lmp, tmp_path, small, contact, broken, newton, rank
     assert run.thermo()["KinEng"][-1] == pytest.approx(body.kinetic(), rel=1e-9)
     assert len(pairs.bonds) == len(bonds) + pairs.joined - pairs.ended and (pairs.ended > 3) == bool(broken), "control"
     limits = body.y[small.types == 2] / WEAK.xi_s
-    assert body.work.min() > 0.0 and limits.max() > 1.3 and limits.min() < 0.9, "control"
+    assert body.work.min() > 0.0 and limits.max() > 1.2 and limits.min() < 0.9, "control"
 
 
 @pytest.mark.parametrize("ranks, newton", [(1, "on"), (4, "off")])

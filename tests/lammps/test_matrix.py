@@ -21,7 +21,7 @@ MOLECULES = "fix molecules all property/atom mol ghost yes\n"
 DAMPED = law.TABLE1._replace(gamma=50.0)
 SCALED = " spacing 0.009 coordination 12 kv 700"
 FLOW = law.TABLE1._replace(xi_s=0.004)
-FALLING = words(FLOW) + " bonds thin flow 0 1 0.1 2 0.3 0.5"
+FALLING = words(FLOW) + " flow 0 1 0.1 2 0.3 0.5"
 SHEAR = dict(periodic="xyz", cells=(5, 4, 4), tilt=(0.0245, 0.0, 0.0))  # a shear of 0.02 makes the box flip
 
 

@@ -83,7 +83,7 @@ class Metal:
 
     x, v (N,3) positions [length] and velocities; radius, mass (N,); IDs are 1..N.
     rows: one law.Row, or {(type_i, type_j): Row}; flows: one table p0 Y0 p1 Y1 ... or None, or {type: table or None};
-    types (N,) int, default 1; thins: pairs of types whose bonds thin. Limits are by the rows and tables of a sphere's own type.
+    types (N,) int, default 1; Limits are by the rows and tables of a sphere's own type.
     bonds: {(id_i, id_j): deq}; contact: none, repulsive or join; join: BETA; near (P,2): 0-based pairs that may meet, default all others.
     every: of the updates of p; failure: XI of `break`, None without; prescribed (N,) bool: spheres that keep their v.
 
@@ -92,7 +92,7 @@ class Metal:
     """
 
     def __init__(self, x, v, radius, mass, rows, bonds, dt, flows=None, types=None, contact="none", near=None, every=10,
-                 failure=None, prescribed=None, p=0.0, join=1.2, thins=(), condition=None, volume_energy=None):
+                 failure=None, prescribed=None, p=0.0, join=1.2, condition=None, volume_energy=None):
         if contact not in ("none", "repulsive", "join"):
             raise ValueError(f"contact {contact} has no plasticity")
         self.x, self.v = np.array(x, dtype=float), np.array(v, dtype=float)
@@ -112,7 +112,6 @@ class Metal:
         self.deq = np.concatenate([np.fromiter(known.values(), float), self.touching[len(known):]])
         self.row = rows_of_pairs(rows, self.types[self.i], self.types[self.j])
         self.dlim = self.row.alpha * self.touching
-        self.thins = np.array([kinds in thins for kinds in zip(self.types[self.i].tolist(), self.types[self.j].tolist())], dtype=bool)
         self._laws = {}
         for kind in np.unique(self.types).tolist():
             own = rows if isinstance(rows, law.Row) else rows[kind, kind]
@@ -184,9 +183,6 @@ class Metal:
     def _flow(self, d, deq, y):
         """Flowed of all pairs at d with deq and the limit y (P,); contacts do nothing with contact none."""
         bond = law.flow_bond(np.minimum(d, self.dlim), deq, self.row, y)
-        if self.thins.any():
-            thin = law.flow_bond(np.minimum(d, self.dlim), deq, self.row, y, self.touching)
-            bond = law.Flowed(*(np.where(self.thins, *both) for both in zip(thin, bond)))
         if self.contact == "none":
             rest = law.Flowed(deq, *(np.zeros_like(d) for _ in bond[1:]))
             return law.Flowed(*(np.where(self.bonded, *both) for both in zip(bond, rest)))

@@ -136,13 +136,13 @@ def work_of(law_at, start, end, kinks):
 
 @pytest.mark.parametrize("row, table", zip(ROWS, TABLES))
 def test_work_is_stored_or_dissipated(row, table):
-    """A bond, one that thins and a contact, 300 increments; where y falls Psi before - Psi after is dissipated at fixed d."""
+    """A bond and a contact, 300 increments; where y falls Psi before - Psi after is dissipated at fixed d."""
     rng, touching = np.random.default_rng(5), 1.0
-    for kind in ("bond", "thin", "contact"):
+    for kind in ("bond", "contact"):
         def go(d, deq, y):
             if kind == "contact":
                 return flow.flow_contact(d, deq, touching, row, y)
-            return flow.flow_bond(d, deq, row, y, touching if kind == "thin" else None)
+            return flow.flow_bond(d, deq, row, y)
 
         d, deq, p, work, spent, resets, total = 1.0, 1.0, 0.0, 0.0, 0.0, 0, 0.0
         y = flow.limit(p, row, table)
@@ -164,18 +164,18 @@ def test_work_is_stored_or_dissipated(row, table):
 
 
 def test_the_slope_of_the_incremental_potential_is_the_force():
-    """Of bonds, those that thin, and contacts at held deq and y, within the limit and far beyond it; by differences of sixth order."""
+    """Of bonds and contacts at held deq and y, within the limit and far beyond it; by differences of sixth order."""
     rng, far = np.random.default_rng(6), 3e-3
     y = EACH.xi_s * np.exp(rng.uniform(0.0, 1.0, (1000, len(ROWS))))
     r = 1.0 + y * rng.uniform(-8.0, 8.0, y.shape)
     clear = np.all([np.abs(r - kink) > 4.0 * far * y for kink in (1.0, 1.0 - y, 1.0 + y)], axis=0)
     deq = 0.013
-    for contact, thin in ((False, None), (False, 0.011), (True, None)):
+    for contact in (False, True):
         slope = 0.0
         for k, weight in ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60)):
-            ends = [flow.potential(deq * (r + sign * k * far * y), deq, EACH, y, contact, thin) for sign in (1, -1)]
+            ends = [flow.potential(deq * (r + sign * k * far * y), deq, EACH, y, contact) for sign in (1, -1)]
             slope += weight * (ends[0] - ends[1]) / (far * y * deq)
-        bond, pressed = flow.flow_bond(deq * r, deq, EACH, y, thin), flow.flow_contact(deq * r, deq, 2.0 * deq, EACH, y)
+        bond, pressed = flow.flow_bond(deq * r, deq, EACH, y), flow.flow_contact(deq * r, deq, 2.0 * deq, EACH, y)
         now = pressed if contact else bond
         off = np.abs(slope + now.force) * deq / (EACH.m1 * EACH.n1 * EACH.e1 * y)
         assert np.max(off[clear]) < 1e-9

@@ -118,7 +118,7 @@ def test_a_row_with_a_spacing_is_scaled_as_the_pair_style_does(tmp_path):
         rates.run_row(f"{tmp_path}/my.evp:yours", row_of_spheres(), 1e-5)
     (tmp_path / "two.evp").write_text("# UNITS: si\n" + 2 * f"mine {ROW}\n", encoding="utf-8")
     for twice, text in (("row 'mine' twice", f"{tmp_path}/two.evp:mine"), ("kv of a row is given twice", f"{ROW} kv 1 density 2 kv 1"),
-                        ("flow of a row is given twice", f"{ROW} flow 0 1 flow 0 1 1 2"), ("bonds of a row is given twice", f"{ROW} bonds thin bonds thin")):
+                        ("flow of a row is given twice", f"{ROW} flow 0 1 flow 0 1 1 2"), ("limit of a row is given twice", f"{ROW} limit own limit own")):
         with pytest.raises(ValueError, match=twice):
             rates.run_row(text, row_of_spheres(), 1e-5)
 

@@ -31,12 +31,6 @@ inline EVP::Row with_exponents(double m1, double n1, double m2, double n2)
 {
   return {80, m1, n1, 3, m2, n2, 0.005, 1000, 1.5};
 }
-/// The row with bonds that thin.
-inline EVP::Row thinning(EVP::Row row)
-{
-  row.thins = 1.0;
-  return row;
-}
 inline const EVP::Row TABLE2 = with_exponents(8, 4, 8, 4);
 
 inline std::string name_of(const EVP::Row &row)

@@ -29,8 +29,6 @@ Row scaled(Row row, double energies, double gamma)
 // one law, several with the same exponents, and exponents of their own
 const std::vector<std::vector<Row>> LAWS = {
     {TABLE2},
-    {thinning(TABLE2)},
-    {thinning(TABLE2), TABLE2, thinning(with_exponents(8.5, 4.25, 7.5, 2.5))},
     {with_exponents(6, 3, 6, 3)},
     {with_exponents(4, 2, 4, 2)},
     {with_exponents(2, 1, 2, 1)},
@@ -236,7 +234,7 @@ TEST(Kernel, EqualsTheLawPairByPair)
 TEST(Kernel, EqualsTheLawAtAllDistances)
 {
   int gaps = 0, returned = 0, flowed = 0, past = 0;
-  for (const Row &row : {TABLE2, thinning(TABLE2), thinning(with_exponents(7.5, 3.2, 7.5, 3.2))})
+  for (const Row &row : {TABLE2, with_exponents(7.5, 3.2, 7.5, 3.2)})
     for (const Flow flow : {Flow::REVERSIBLE, Flow::PLASTIC, Flow::PLASTIC_CONTACT})
       for (const double cutoff : {1.0, 1.02, 1.5})
         for (const double limit : {0.0, 0.001, 0.005, 0.05}) {

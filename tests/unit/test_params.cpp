@@ -178,11 +178,10 @@ TEST(ParseRow, RefusesWhatIsNoRow)
       {"80 200 4 3 8 4 0.999 0 1.5", "overflow"},    // (1 - xi_s)^-(m+1) = 1e603 when compressed
       {"1e308 8 4 3 8 4 0.005 0 1.5", "overflow"},
       {TABLE1 + " pitch 1", "unknown keyword 'pitch'", "after its 9 values",
-       "spacing, coordination, kv, density, conductivity, capacity, soften, melt, rate, "
-       "expansion, flow, limit, bonds"},
+       "spacing, coordination, kv, density, yield, conductivity, capacity, soften, melt, rate, "
+       "expansion, flow, limit"},
       {TABLE1 + " limit", "keyword limit of a row takes the word own"},
       {TABLE1 + " limit 3", "keyword limit of a row takes the word own"},
-      {TABLE1 + " bonds", "keyword bonds of a row takes the word thin"},
       {"80 8 4 3 8 4 0.19 0 1.5 limit own", "limit own needs xi_s below 0.189207"},
       {TABLE1 + " e1 1", "unknown keyword 'e1'"},
       {TABLE1 + " Spacing 1 coordination 2", "unknown keyword 'Spacing'"},
@@ -229,12 +228,12 @@ TEST(ParseRow, RefusesAKeywordThatIsGivenTwice)
 {
   const std::string every = " spacing 0.01 coordination 12 kv 1 density 2700 conductivity 1 "
                             "capacity 1 soften 293 775 1 0.1 melt 1 rate 0.01 1 expansion 1e-5 293 "
-                            "flow 0 1 limit own bonds thin";
+                            "flow 0 1 limit own";
   EXPECT_NO_THROW(row_of(TABLE1 + every));
-  const std::vector<std::string> again = {
-      "spacing 0.01", "coordination 12", "kv 1",      "density 2700", "conductivity 1",
-      "capacity 1",   "soften 0 1 1",    "melt 1",    "rate 1 1",     "expansion 1e-5 0",
-      "flow 0 1 1 2", "limit own",       "bonds thin"};
+  const std::vector<std::string> again = {"spacing 0.01",     "coordination 12", "kv 1",
+                                          "density 2700",     "conductivity 1",  "capacity 1",
+                                          "soften 0 1 1",     "melt 1",          "rate 1 1",
+                                          "expansion 1e-5 0", "flow 0 1 1 2",    "limit own"};
   for (const std::string &words : again)
     expect_bad_row(TABLE1 + every + " " + words,
                    {"keyword " + words.substr(0, words.find(' ')) + " of a row is given twice"});
@@ -276,12 +275,11 @@ TEST(ParseRow, TakesKeywordsInAnyOrder)
 // a data file holds row_text(), of which read_data makes pair_coeff again
 TEST(RowText, IsReadAsTheSameRow)
 {
-  for (const std::string words :
-       {"", " kv 0.1", " kv 0.1 limit own", " kv 0.1 bonds thin", " rate 0.015 1",
-        " conductivity 120 capacity 875 soften 0 775 1 0.02 melt 400000",
-        " rate 0.015 1 expansion 2.3e-05 293", " expansion 2.3e-05 0",
-        " spacing 0.00442 coordination 11.9 density 2700 flow 0 1 0.1 "
-        "1.5 0.30000000000000004 0.5"}) {
+  for (const std::string words : {"", " kv 0.1", " kv 0.1 limit own", " rate 0.015 1",
+                                  " conductivity 120 capacity 875 soften 0 775 1 0.02 melt 400000",
+                                  " rate 0.015 1 expansion 2.3e-05 293", " expansion 2.3e-05 0",
+                                  " spacing 0.00442 coordination 11.9 density 2700 flow 0 1 0.1 "
+                                  "1.5 0.30000000000000004 0.5"}) {
     const std::string text = "0.1 8 4 0.30000000000000004 8 4 0.005 0 1.5" + words;
     EXPECT_EQ(row_text(row_of(text)), text);
   }

@@ -37,20 +37,15 @@ struct NaiveMap {
     Exact force = 0, stored = 0, dissipated = 0, work = 0;    // work: done on the pair
   };
 
-  Exact thickness(Exact rest) const
-  {
-    return row.thins > 0.0 && !is_contact ? CUTOFF / row.alpha / rest : 1;
-  }
   Exact force_at(Exact d, Exact rest) const
   {
     const Exact m = row.m1, n = row.n1, s = rest / d;
-    return thickness(rest) * row.e1 * m * n / (m - n) / rest *
-        (std::pow(s, m + 1) - std::pow(s, n + 1));
+    return row.e1 * m * n / (m - n) / rest * (std::pow(s, m + 1) - std::pow(s, n + 1));
   }
   Exact stored_at(Exact d, Exact rest) const
   {
     const Exact m = row.m1, n = row.n1, s = rest / d;
-    return thickness(rest) * row.e1 * (1 + (n * std::pow(s, m) - m * std::pow(s, n)) / (m - n));
+    return row.e1 * (1 + (n * std::pow(s, m) - m * std::pow(s, n)) / (m - n));
   }
 
   /// From d0, where the pair is within its limit, to d.
@@ -132,10 +127,8 @@ class OnePair {
   };
 };
 
-const std::vector<Row> ROWS = {
-    with_exponents(8, 4, 8, 4), with_exponents(7.5, 3.2, 7.5, 3.2),
-    with_exponents(6, 3, 6, 3), with_exponents(12, 6, 2, 1),
-    thinning(TABLE2),           thinning(with_exponents(7.5, 3.2, 7.5, 3.2))};
+const std::vector<Row> ROWS = {with_exponents(8, 4, 8, 4), with_exponents(7.5, 3.2, 7.5, 3.2),
+                               with_exponents(6, 3, 6, 3), with_exponents(12, 6, 2, 1)};
 
 }    // namespace
 
@@ -216,7 +209,7 @@ TEST(Plasticity, IncrementsOfAnySizeOneWayDoTheSame)
     }
 }
 
-// F d and the energy of a bond do not change as it flows, of one that thins F d^2 and the energy times d.
+// F d and the energy of a bond do not change as it flows.
 TEST(Plasticity, ElasticCyclesLeaveNothingAndFlowKeepsForceTimesDistance)
 {
   for (const Row &row : ROWS) {
@@ -229,9 +222,8 @@ TEST(Plasticity, ElasticCyclesLeaveNothingAndFlowKeepsForceTimesDistance)
     const Found first = pair.move_to(1.2, 0.01);
     for (const double d : {1.3, 2.0, 9.0}) {
       const Found now = pair.move_to(d, 0.01);
-      const double thinner = row.thins > 0.0 ? 1.2 / d : 1.0;
-      EXPECT_NEAR(now.force * d, first.force * 1.2 * thinner, 1e-12 * std::fabs(first.force));
-      EXPECT_NEAR(now.stored, first.stored * thinner, 1e-12 * first.stored);
+      EXPECT_NEAR(now.force * d, first.force * 1.2, 1e-12 * std::fabs(first.force));
+      EXPECT_NEAR(now.stored, first.stored, 1e-12 * first.stored);
     }
   }
 }

@@ -11,7 +11,7 @@ SI: m, J, N). A positive force repels. The fields of a Row may be arrays too, on
 Plasticity (`plasticity isotropic`), as in doc/pair_evp_lj.rst: flow moves deq. A bond keeps deq and nothing else;
 r = d/deq is held within 1 - y and 1 + y. y is the smaller of the limits of its two spheres, y_i = xi_s Y(p_i), where
 p_i is the equivalent plastic strain of sphere i. All is in closed form for an increment of any size. Strains, y, p and
-|ln| have no unit. A bond of a row with `bonds thin` has (R_i + R_j)/deq of the force and the energy: its F d falls as it is stretched by flow.
+|ln| have no unit.
 """
 
 from typing import NamedTuple
@@ -180,16 +180,10 @@ def _flow(d, deq, row, r_c, log_rc, excess):
     return Flowed(*np.broadcast_arrays(deq, reduced / d, _work_to(log_rc, row), np.abs(reduced) * slip, slip))
 
 
-def flow_bond(d, deq, row, y, thin=None):
-    """Flowed of bonds that had deq and are brought to d [length]; y: the smaller limit of their two spheres; thin: R_i + R_j of bonds that thin."""
+def flow_bond(d, deq, row, y):
+    """Flowed of bonds that had deq and are brought to d [length]; y: the smaller limit of their two spheres."""
     d, deq = np.asarray(d, dtype=float), np.asarray(deq, dtype=float)
-    found = _flow(d, deq, row, *_held(d, deq, y, -1.0, 1.0))
-    if thin is None:
-        return found
-    # the work on it is the integral of -F along d, with F d = found.force d thin/deq at d/deq = r_c; the decrease of what it stores is dissipated, too
-    work = -found.force * d * thin * (1.0 / deq - 1.0 / found.deq)
-    dissipated = work + found.stored * (thin / deq - thin / found.deq)
-    return found._replace(force=found.force * thin / found.deq, stored=found.stored * thin / found.deq, dissipated=dissipated)
+    return _flow(d, deq, row, *_held(d, deq, y, -1.0, 1.0))
 
 
 def flow_contact(d, deq, touching, row, y):
@@ -204,11 +198,11 @@ def flow_contact(d, deq, touching, row, y):
     return found._replace(deq=np.where(d > touching, touching, found.deq))
 
 
-def potential(d, deq, row, y, contact=False, thin=None):
+def potential(d, deq, row, y, contact=False):
     """The energy whose slope is the force while deq is held, as in a minimization: Psi + |F| deq r_c |ln(r/r_c)|.
 
     The second term is D of the flow from deq to where d would bring it. contact: pairs that only repel, bool or an
-    array of it; their energy is zero from deq on. thin: R_i + R_j of bonds that thin.
+    array of it; their energy is zero from deq on.
     """
-    found = flow_bond(d, deq, row, y, thin)
+    found = flow_bond(d, deq, row, y)
     return np.where(np.logical_and(contact, np.asarray(d) >= deq), 0.0, found.stored + found.dissipated)

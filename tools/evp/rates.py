@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from . import curves, law
-from .specimen import bond_lengths, thickness
+from .specimen import bond_lengths
 
 STRAINS = (0.002, 0.005, *curves.STRAINS_REPORTED.values())  # the first in the elastic part
 REFERENCE_COUNT, REFERENCE_VOLUME = 500, np.pi * 0.02**2 * 0.05  # spheres and volume [m3] of the paper's specimen, for which a row of its tables is meant
-VALUES = ("own", "thin")  # of keywords of a row that have a word for a value
+OWN = "own"  # the value of limit, a word
 TWIN_JUMP = 0.25  # of the damped run's jump at strain 0: a twin with as much has dampers too
 
 
@@ -97,7 +97,7 @@ def given_row(text):
             raise ValueError(f"{path} has the row '{name}' twice" if found else f"{path} has no row '{name}'; its rows: {', '.join(row[0] for row in rows)}")
         words = found[0]
     row, words, more = law.Row.parse(" ".join(words[:9])), words[9:], {}
-    keys = [k for k, word in enumerate(words) if word[0].isalpha() and word not in VALUES]
+    keys = [k for k, word in enumerate(words) if word[0].isalpha() and word != OWN]
     for k, end in zip(keys, [*keys[1:], len(words)]):
         if words[k] in more:
             raise ValueError(f"keyword {words[k]} of a row is given twice: leave one out")
@@ -108,10 +108,8 @@ def given_row(text):
 
 def run_row(text, specimen, volume):
     """(law.Row as a run of a Specimen in a body of this volume [m3] sets it, but for a factor of energies and damping together; density of the
-    solid [kg/m3]). e1 of a row with `bonds thin` is that of a bond of their mean thickness."""
+    solid [kg/m3])."""
     row, more = given_row(text)
-    if "bonds" in more:
-        row = row._replace(e1=row.e1 * thickness(specimen, row.alpha))
     density = more.get("density") or specimen.mass.sum() / volume
     if "spacing" not in more:
         return scaled_row(row, len(specimen.ids), volume), density

@@ -116,9 +116,8 @@ class Coefficients {
   double bulk_of_bonds(int type) const
   {
     const Row given = row(type, type);
-    return given.yield == 0.0
-        ? 0.0
-        : given.m1 * given.n1 * given.e1 * given.coordination / 18.0 *
+    return given.yield == 0.0 ? 0.0
+                              : given.m1 * given.n1 * given.e1 * given.coordination / 18.0 *
             scaling(type, type).factors.kv;
   }
 
@@ -215,7 +214,7 @@ class Coefficients {
       Row elastic = row;
       elastic.xi_s = std::max(row.xi_s, LIMIT_BETWEEN_BODIES);
       elastic.flow = {};
-      elastic.limit_own = elastic.thins = 0.0;
+      elastic.limit_own = 0.0;
       for (const int own : {index(i, j), index(j, i)}) {
         const int k = damped ? own : undamped(own);
         laws[k] = PairLaw(row, row.limit_own != 0.0 ? row.xi_s : 0.0);

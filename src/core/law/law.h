@@ -93,18 +93,16 @@ template <class Powers> struct Regime {
 /// Notation: d distance of the centres, deq the equilibrium distance of the pair, r = d/deq, F > 0 repels.
 ///
 /// With plasticity there is the first regime alone, at the elastic r, which is within 1 -+ y, y being the limit that the spheres
-/// of the pair have: beyond it deq moves, so that d/deq is there. F d and what is stored do not change as a pair flows, of bonds
-/// that thin over their thickness().
+/// of the pair have: beyond it deq moves, so that d/deq is there. F d and what is stored do not change as a pair flows.
 template <class Powers> class Law {
  public:
   Regime<Powers> first, second;
   double xi_s, gamma;
-  double thickness_per_cutoff;    ///< of bonds that thin, see sum_radii(); else 0
 
   /// Throws BadInput where a member breaks its rule, or numbers of this law would overflow.
   explicit Law(const Row &row) :
       first(row.e1, row.m1, row.n1), second(row.e2, row.m2, row.n2), xi_s(row.xi_s),
-      gamma(row.gamma), thickness_per_cutoff(row.thins / row.alpha)
+      gamma(row.gamma)
   {
     const auto at = [this](double strain) {
       const double s = 1.0 / (1.0 + strain);
@@ -161,14 +159,14 @@ template <class Powers> class Law {
     double elastic;          ///< r after the flow, within the limit; of a contact that is apart 1
     double inv_deq;          ///< after the flow
     double force, stored;    ///< F deq and the energy above deq [energy]
-    double force_d;          ///< F d over the thickness [energy]
+    double force_d;          ///< F d [energy]
   };
 
   /// Return mapping of a pair at r: deq moves until d/deq is within 1 -+ limit. A contact flows in compression only; one that
   /// is past its cutoff rests at R_i + R_j again. inv_deq: before the flow. inverses(elastic): {1/elastic, elastic/d}.
-  /// sum_radii: see there. Stores: is `stored` asked for?
+  /// Stores: is `stored` asked for?
   template <bool Contact, bool Stores, class F>
-  EVP_INLINE Flowed flow(double r, double limit, bool past_cutoff, double inv_deq, double sum_radii,
+  EVP_INLINE Flowed flow(double r, double limit, bool past_cutoff, double inv_deq,
                          F &&inverses) const
   {
     const double low = 1.0 - limit, high = Contact ? 1.0 : 1.0 + limit;
@@ -177,32 +175,15 @@ template <class Powers> class Law {
     const bool flows = Contact ? elastic > r || returns : elastic != r;
     const auto [s, inv_deq_flowed] = inverses(elastic);
     const double inv_deq_next = flows ? inv_deq_flowed : inv_deq;
-    const double thick = thickness(sum_radii, inv_deq_next), force = first.force(s);
-    const double stored = Stores ? first.stored(elastic - 1.0, s) * thick : 0.0;
-    return {elastic, inv_deq_next, force * thick, stored, force * elastic};
+    const double force = first.force(s);
+    const double stored = Stores ? first.stored(elastic - 1.0, s) : 0.0;
+    return {elastic, inv_deq_next, force, stored, force * elastic};
   }
 
   /// Dissipated by that flow [energy]: the integral of |F| along d, as F d stays. log_ratio: ln(r/elastic).
   EVP_INLINE static double dissipated(double force_d, double log_ratio)
   {
     return std::fabs(force_d * log_ratio);
-  }
-
-  /// The same of a bond that thins: the work on it, which is the integral of -F along d, plus the decrease of what it stores.
-  /// thickness: before the flow; stored: over the thickness.
-  EVP_INLINE static double dissipated_thinning(double force_d, double stored, double r,
-                                               double elastic, double thickness)
-  {
-    return thickness * (r - elastic) / r * (stored - force_d);
-  }
-
-  /// R_i + R_j of a bond that thins, else 0 [length]. cutoff: dlim.
-  EVP_INLINE double sum_radii(double cutoff) const { return thickness_per_cutoff * cutoff; }
-
-  /// (R_i + R_j)/deq of a bond that thins, else 1: of its force and what it stores, over those of the law.
-  EVP_INLINE static double thickness(double sum_radii, double inv_deq)
-  {
-    return sum_radii > 0.0 ? sum_radii * inv_deq : 1.0;
   }
 
  private:
@@ -225,8 +206,7 @@ struct PairVariables {
   double inv_deq;    ///< 1/deq [1/length]
   Flow flow = Flow::REVERSIBLE;
   double limit = 0.0;    ///< how far it holds, where flow stays
-  double cut =
-      0.0;    ///< distance beyond which nothing acts; of bonds that thin it gives R_i + R_j [length]
+  double cut = 0.0;      ///< distance beyond which nothing acts [length]
 };
 
 /// All that the law says of one pair. Forces and stiffness with their units: [energy/length], [energy/length^2].
@@ -293,25 +273,17 @@ class PairLaw : public Law<AnyPowers> {
   // lengths over deq
   template <bool Contact> PairState state_flowing(double r, const PairVariables &pair) const
   {
-    const double radii = Contact ? 0.0 : sum_radii(pair.cut) * pair.inv_deq;
     const bool past_cutoff = r >= pair.cut * pair.inv_deq;
-    const auto at =
-        flow<Contact, true>(r, pair.limit, past_cutoff, 1.0, radii, [r](double elastic) {
-          return std::pair(1.0 / elastic, elastic / r);
-        });
-    const double s = 1.0 / at.elastic, thick = thickness(radii, at.inv_deq);
+    const auto at = flow<Contact, true>(r, pair.limit, past_cutoff, 1.0, [r](double elastic) {
+      return std::pair(1.0 / elastic, elastic / r);
+    });
     PairState now{};
     now.inv_deq = at.inv_deq;
     now.force = at.force;
     now.stored = {at.stored, 0.0};
     now.dissipated = dissipated(at.force_d, log_of_ratio(r, at.elastic));
-    if (radii > 0.0) {
-      const double elastic = r * at.inv_deq, stored = first.stored(at.elastic - 1.0, s);
-      now.dissipated =
-          dissipated_thinning(first.force(s) * elastic, stored, r, elastic, thickness(radii, 1.0));
-    }
-    now.stiffness = Contact && r > 1.0 ? 0.0 : first.stiffness(s) * thick;
-    now.stiffness_ahead = row.m1 * row.n1 * row.e1 * thick;
+    now.stiffness = Contact && r > 1.0 ? 0.0 : first.stiffness(1.0 / at.elastic);
+    now.stiffness_ahead = row.m1 * row.n1 * row.e1;
     now.regime = std::fabs(at.elastic - 1.0) >= AT_LIMIT * pair.limit ? 2 : 1;
     return now;
   }

@@ -46,10 +46,10 @@ struct Row {
   double kv = 0.0;              ///< of fix evp/volume [energy]
   double density = 0.0;         ///< of the solid [mass/volume]
   FlowTable flow = {};          ///< with plasticity
-  double yield = 0.0;    ///< flow stress where the limit is xi_s [pressure]; 0: that which bonds make
+  double yield =
+      0.0;    ///< flow stress where the limit is xi_s [pressure]; 0: that which bonds make
   double limit_own =
-      0.0;               ///< 1: its pairs hold by xi_s, whatever their spheres have gone through
-  double thins = 0.0;    ///< 1: force and energy of its bonds go with Law::thickness()
+      0.0;    ///< 1: its pairs hold by xi_s, whatever their spheres have gone through
 
   // of fix evp/heat
   double conductivity = 0.0;    ///< of the solid [power/length/temperature]
@@ -192,17 +192,6 @@ constexpr Member MEMBERS[] = {
 constexpr int NMEMBERS = (int) std::size(MEMBERS);
 constexpr int NREQUIRED = 9;    // those in front, without a keyword
 
-/// A keyword that takes one word, and then makes a value 1.
-struct Switch {
-  const char *key, *word;
-  double Row::*value;
-  const char *meaning;    ///< for messages
-};
-constexpr Switch SWITCHES[] = {
-    {"limit", "own", &Row::limit_own,
-     "its pairs hold by its xi_s, whatever their spheres have gone through"},
-    {"bonds", "thin", &Row::thins, "their force and energy go with (R_i + R_j)/deq"}};
-
 /// Is the member required, or another than its default?
 inline bool is_given(const Row &row, const Member &member)
 {
@@ -234,25 +223,25 @@ inline void check_flow(const Row &row)
   }
 }
 
-/// The row as numbers, for restart files: members, switches, and the flow table with all its points.
+/// The row as numbers, for restart files: members, `limit own`, and the flow table with all its points.
 inline std::vector<double> words_of(const Row &row)
 {
   std::vector<double> words;
   for (const Member &member : MEMBERS) words.push_back(row.*member.value);
-  for (const Switch &each : SWITCHES) words.push_back(row.*each.value);
+  words.push_back(row.limit_own);
   words.push_back((double) row.flow.n);
   words.insert(words.end(), std::begin(row.flow.p), std::end(row.flow.p));
   words.insert(words.end(), std::begin(row.flow.y), std::end(row.flow.y));
   return words;
 }
-constexpr int ROW_WORDS = NMEMBERS + (int) std::size(SWITCHES) + 1 + 2 * FlowTable::MOST;
+constexpr int ROW_WORDS = NMEMBERS + 2 + 2 * FlowTable::MOST;
 
 /// The row of words_of(); throws BadInput where it is none.
 inline Row row_of_words(const double *words)
 {
   Row row;
   for (const Member &member : MEMBERS) row.*member.value = *words++;
-  for (const Switch &each : SWITCHES) row.*each.value = *words++;
+  row.limit_own = *words++;
   if (!(*words >= 0.0 && *words <= FlowTable::MOST)) throw BadInput("no such flow table");
   row.flow.n = (int64_t) *words++;
   std::copy_n(words, FlowTable::MOST, row.flow.p);
@@ -274,11 +263,10 @@ inline const Row &checked(const Row &row)
 
 inline bool operator==(const Row &a, const Row &b)
 {
-  const auto same = [&](const auto &entry) {
-    return a.*entry.value == b.*entry.value;
-  };
-  return a.flow == b.flow && std::all_of(std::begin(MEMBERS), std::end(MEMBERS), same) &&
-      std::all_of(std::begin(SWITCHES), std::end(SWITCHES), same);
+  return a.flow == b.flow && a.limit_own == b.limit_own &&
+      std::all_of(std::begin(MEMBERS), std::end(MEMBERS), [&](const Member &member) {
+           return a.*member.value == b.*member.value;
+         });
 }
 
 /// The member with that key, nullptr if there is none.

@@ -84,15 +84,11 @@ inline Row parse_row(const std::vector<std::string> &words)
       at = parse_flow(words, at + 1, row.flow);
       continue;
     }
-    const auto *const given =
-        std::find_if(std::begin(SWITCHES), std::end(SWITCHES), [&](const Switch &one) {
-          return words[at] == one.key;
-        });
-    if (given != std::end(SWITCHES)) {
-      if (at + 1 == words.size() || words[at + 1] != given->word)
-        throw BadInput(std::string("keyword ") + given->key + " of a row takes the word " +
-                       given->word + ": " + given->meaning);
-      row.*given->value = 1.0;
+    if (words[at] == "limit") {
+      if (at + 1 == words.size() || words[at + 1] != "own")
+        throw BadInput("keyword limit of a row takes the word own: its pairs hold by its xi_s, "
+                       "whatever their spheres have gone through");
+      row.limit_own = 1.0;
       at += 2;
       continue;
     }
@@ -100,8 +96,7 @@ inline Row parse_row(const std::vector<std::string> &words)
     if (!member || member < MEMBERS + NREQUIRED || member->place != Member::HEAD)
       throw BadInput("unknown keyword '" + shown(words[at]) + "' of a row: after its " +
                      std::to_string(NREQUIRED) + " values it may have " +
-                     keys_of(MEMBERS + NREQUIRED, std::end(MEMBERS), ", ") +
-                     ", flow, limit, bonds");
+                     keys_of(MEMBERS + NREQUIRED, std::end(MEMBERS), ", ") + ", flow, limit");
     at = parse_keyword(words, at, *member, row);
   }
   if (row.yield > 0.0 && !(row.density > 0.0 && row.coordination > 0.0))
@@ -124,8 +119,7 @@ inline std::string row_text(const Row &row)
         text += std::string(" ") + member.key;
       text += (text.empty() ? "" : " ") + shortest_text(row.*member.value);
     }
-  for (const Switch &one : SWITCHES)
-    if (row.*one.value != 0.0) text += std::string(" ") + one.key + " " + one.word;
+  if (row.limit_own != 0.0) text += " limit own";
   return row.flow.n > 0 ? text + " flow " + flow_text(row.flow) : text;
 }
 

@@ -77,21 +77,19 @@ namespace {
     const Law<Powers> *own[Many ? PairBlock::SIZE : 1];    // apart: up to 8 % quicker
     if constexpr (Many) all.find(block, own);
     alignas(64) double ratio[PairBlock::SIZE], elastic[PairBlock::SIZE], force_d[PairBlock::SIZE],
-        next[PairBlock::SIZE], sum_radii[PairBlock::SIZE];
+        next[PairBlock::SIZE];
 
-    int moves = 0, thinning = 0;
+    int moves = 0;
     EVP_INDEPENDENT
     for (int k = 0; k < n; k++) {
       const Law<Powers> &c = Many ? *own[k] : only;
       const double dsq = block.distance_squared(k);
       const bool past = dsq > cutsq[k];
-      const double cutoff = std::sqrt(cutsq[k]) * to_cutoff;
-      const double d = up_to_cutoff(dsq, cutsq[k], cutoff);
+      const double d = up_to_cutoff(dsq, cutsq[k], std::sqrt(cutsq[k]) * to_cutoff);
       const double r = d * inv_deq[k];
-      const double radii = Contact ? 0.0 : c.sum_radii(cutoff);
       double inv_d;
       const auto now = c.template flow<Contact, Stored>(
-          r, flow.limit[k], past, inv_deq[k], radii, [&](double at) EVP_KERNEL {
+          r, flow.limit[k], past, inv_deq[k], [&](double at) EVP_KERNEL {
             const double w = 1.0 / (at * d);    // one division for both
             inv_d = w * at;
             return std::pair(w * d, at * inv_d);
@@ -103,8 +101,6 @@ namespace {
       ratio[k] = r;
       elastic[k] = now.elastic;
       force_d[k] = now.force_d;
-      sum_radii[k] = radii;
-      thinning += (int) (radii > 0.0);
       if constexpr (Stored) {
         block.elastic[k] = now.stored;
         block.second[k] = 0.0;
@@ -113,27 +109,14 @@ namespace {
     *flow.any_flow = moves > 0;
     if (moves == 0) return;    // mostly, and then only forces are written
     int not_close = 0;
-    if (thinning < n) {
-      EVP_INDEPENDENT
-      for (int k = 0; k < n; k++) {
-        flow.inv_deq_next[k] = next[k];
-        flow.dissipated[k] = only.dissipated(force_d[k], log_of_close_ratio(ratio[k], elastic[k]));
-        not_close += (int) !are_close(ratio[k], elastic[k]);
-      }
+    EVP_INDEPENDENT
+    for (int k = 0; k < n; k++) {
+      flow.inv_deq_next[k] = next[k];
+      flow.dissipated[k] = only.dissipated(force_d[k], log_of_close_ratio(ratio[k], elastic[k]));
+      not_close += (int) !are_close(ratio[k], elastic[k]);
     }
     for (int k = 0; not_close > 0 && k < n; k++)
       flow.dissipated[k] = only.dissipated(force_d[k], log_of_ratio(ratio[k], elastic[k]));
-    if (thinning > 0) {
-      EVP_INDEPENDENT
-      for (int k = 0; k < n; k++) {
-        const Law<Powers> &c = Many ? *own[k] : only;
-        const double at = elastic[k], stored = c.first.stored(at - 1.0, 1.0 / at);
-        const double dissipated = c.dissipated_thinning(force_d[k], stored, ratio[k], at,
-                                                        c.thickness(sum_radii[k], inv_deq[k]));
-        flow.inv_deq_next[k] = next[k];
-        flow.dissipated[k] = sum_radii[k] > 0.0 ? dissipated : flow.dissipated[k];
-      }
-    }
   }
 
   /// Fills block.potential from what the pairs store. find_stored(block): fills elastic and second.
