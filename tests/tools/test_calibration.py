@@ -200,6 +200,17 @@ def test_what_is_a_miss():
     assert result.misses() == {"elastic": {"E": 0.021}, "tension": {0.05: -0.051}, "shear": {2.0: 0.061}}
 
 
+def test_a_miss_is_told(tmp_path, monkeypatch):
+    """The row is written all the same."""
+    monkeypatch.setenv("EVP_LMP", "/bin/true")
+    monkeypatch.setattr(calibration, "make_body", lambda *_: BODY._replace(path=tmp_path / "b"))
+    monkeypatch.setattr(calibration, "moduli_of", measured_moduli)
+    monkeypatch.setattr(calibration, "loads", lambda *more: {**made_loads(*more), "tension": pulled(1.07, more[1].curve, more[1].modulus, 0.22)})
+    words = "--E=73e9 --nu=0.33 --johnson-cook 265e6 426e6 0.34 --density=2770 --name=mine --out".split()
+    done = call(calibrate.main, *words, tmp_path / "m.evp")
+    assert done.returncode == 3 and "missed: tension 0.2 % yield +7.9 %, at 0.5 % +7.0 %" in done.stderr and "mine " in (tmp_path / "m.evp").read_text(encoding="utf-8")
+
+
 @pytest.mark.parametrize("curve, yields", [(ALLOY, 265e6), (flow.johnson_cook(90e6, 292e6, 0.31), 90e6), (flow.through(73e9, 200e6, ((300e6, 0.1),)), 200e6)])
 def test_the_picture_is_elastic_up_to_yield(tmp_path, curve, yields):
     """However far the row was sheared: the first line of the flow curve has the slope E and ends where the metal yields; between its points the curve is straight."""

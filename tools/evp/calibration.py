@@ -32,7 +32,7 @@ LEAST_NU, LARGEST_NU = 0.25, 0.42  # of central forces alone; where lateral stif
 NU_LIMIT = 0.48  # of the closed form
 XI_RANGE = (2e-5, 0.05)  # of y: below, round-off of positions shows; above, the first regime itself is bent
 SOFTENING = 3.0 / 80.0  # e2/e1 as in Table 1: with a table flow only eq. 8, plasticity none, has a second regime
-REACH = 1.4  # flow stress over E0 xi_s, at first yield; what is off is the factor of the yield condition
+REACH = 1.5  # flow stress over E0 xi_s, at first yield; what is off is the factor of the yield condition
 BULK, SHEAR = 1.0 / 1.5, 0.4  # K/E0 without the volume energy, which adds x; G/E0
 DENSITIES = (100.0, 3e4)  # [kg/m3] between which the unit is no doubt
 SOFTEST = 1e6  # [Pa] Young's modulus below which the unit is in doubt
@@ -320,15 +320,15 @@ def loads(material, targets, body, folder, ranks, title, speed=1.0):
 
 
 def flow_stress(material, targets, body, rate, folder, title):
-    """Mean true stress [Pa] over the second half of a pull at a rate."""
-    end = max(0.012, 2.5 * (targets.stresses[0] / targets.modulus + YIELD_OFFSET))
-    variables = {**typed(body, material), "strain": f"{end:.9g}", "rate": f"{rate:.9g}", "rows": 100, "out": "rate",
+    """Mean true stress [Pa], by von Mises, over the second half of a shear at a plastic strain rate."""
+    end = MISES * max(0.03, 5.0 * (targets.stresses[0] / targets.modulus + YIELD_OFFSET))
+    variables = {**typed(body, material), "strain": f"{end:.9g}", "rate": f"{MISES * rate:.9g}", "row": f"{end / 100.0:.6g}", "out": "rate",
                  "integrator": "implicit" if material.row.gamma > 0.0 else "explicit"}
     (folder / "rate.csv").unlink(missing_ok=True)
-    call("in.uniaxial", variables, 1, folder, title, lambda: last_strain(folder / "rate.csv") / end)
-    strain, stress = curves.read_columns(folder / "rate.csv", ("strain", "stress")).values()
-    late = strain > 0.5 * strain[-1]
-    return float(trapezoid(stress[late], strain[late]) / (strain[late][-1] - strain[late][0]))
+    call("in.shear", variables, 1, folder, title, lambda: last_strain(folder / "rate.csv") / end)
+    curve = curves.read_curve(folder / "rate.csv")
+    late = curve.strain > 0.5 * curve.strain[-1]
+    return MISES * float(trapezoid(curve.virial[late], curve.strain[late]) / (curve.strain[late][-1] - curve.strain[late][0]))
 
 
 class Result(NamedTuple):
