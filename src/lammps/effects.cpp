@@ -6,12 +6,12 @@
 
 namespace EVP {
 
-std::vector<std::shared_ptr<Effect>> make_effects(PairData &pair_data)
+std::vector<std::shared_ptr<Effect>> make_effects(LAMMPS *lmp, PairData &pair_data)
 {
   std::vector<std::shared_ptr<Effect>> made;
   if (pair_data.rules().plastic) {
     made.push_back(std::make_shared<Plasticity>(pair_data));
-    made.push_back(std::make_shared<YieldCondition>(pair_data));
+    made.push_back(std::make_shared<YieldCondition>(lmp, pair_data));
   }
   return made;
 }

@@ -57,7 +57,7 @@ PairData::PairData(LAMMPS *lmp, Coefficients &coefficients_in) :
 void PairData::set_rules(const PairRules &given)
 {
   rules_ = given;
-  effects_of_rules = make_effects(*this);
+  effects_of_rules = make_effects(lmp, *this);
 }
 
 // those of the rules first

@@ -342,6 +342,6 @@ class PairData : protected Pointers {
 };
 
 /// The effects that the rules of a pair style call for; fixes have others.
-std::vector<std::shared_ptr<Effect>> make_effects(PairData &);
+std::vector<std::shared_ptr<Effect>> make_effects(LAMMPS *, PairData &);
 
 }    // namespace EVP

@@ -2,11 +2,14 @@
 
 #include "lammps/yield/yield_condition.h"
 
+#include "lammps/base/collective.h"
 #include "lammps/pairs/pair_data.h"
 
 #include "atom.h"
+#include "error.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <tuple>
@@ -40,7 +43,31 @@ void YieldCondition::rows_scaled(const Coefficients &coefficients)
   for (int type = 1; type < (int) rows.size(); type++) {
     rows[type] = coefficients.row(type, type);
     acts = acts || rows[type].yield > 0.0;
+    if (rows[type].yield > 0.0 && !coefficients.measured().empty())
+      demand_mass_of_solid(type, coefficients.measured().of(type, type).spacing);
   }
+}
+
+// Collective. Of random packings and lattices the solid takes 0.48 to 0.6 of the cube of their mean bond length per sphere; spheres
+// with its density, without the voids between them, are a third less
+void YieldCondition::demand_mass_of_solid(int type, double spacing) const
+{
+  constexpr double LEAST = 0.42, MOST = 1.0;
+  const Atom *const atom = pairs.atoms();
+  std::array<double, 2> sums{};
+  for (int i = 0; i < atom->nlocal; i++)
+    if (atom->type[i] == type) sums = {sums[0] + atom->rmass[i], sums[1] + 1.0};
+  sums = reduce_all(sums, MPI_SUM, world);
+  if (spacing == 0.0 || sums[1] == 0.0) return;
+  const double share =
+      sums[0] / sums[1] / (rows[type].density * spacing * spacing * spacing);
+  if (share < LEAST || share > MOST)
+    error->all(FLERR,
+               "Pair evp/lj, type {}: yield takes the volume of a sphere from its mass, which is {:.3g} "
+               "of density times the cube of the bond length, and 0.48 to 0.6 in a body with the "
+               "mass of the solid: use 'set group all density' with the density of the row over the "
+               "solid fraction of the body",
+               type, share);
 }
 
 std::string YieldCondition::describe() const

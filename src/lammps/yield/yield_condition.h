@@ -23,9 +23,9 @@ class StressSums final : public PairConsumer {
 };
 
 /// Spheres flow at the flow stress of their row ('yield' of a row, with plasticity): see yielding.
-class YieldCondition final : public Effect {
+class YieldCondition final : public Effect, protected Pointers {
  public:
-  explicit YieldCondition(PairData &pair_data) : pairs(pair_data) {}
+  YieldCondition(LAMMPS *lmp, PairData &pair_data) : Pointers(lmp), pairs(pair_data) {}
 
   void rows_scaled(const Coefficients &) override;
   bool begin_run(PairData &) override { return acts; }
@@ -55,6 +55,7 @@ class YieldCondition final : public Effect {
 
   const Row &row_of(int i) const;
   double volume_of(int i) const;
+  void demand_mass_of_solid(int type, double spacing) const;
 };
 
 }    // namespace EVP
