@@ -83,7 +83,9 @@ void YieldCondition::begin_update()
   for (int i = 0; i < nlocal; i++) {
     const Row &row = row_of(i);
     strains[i] = pairs.store().sphere(i).p;
-    flow_stresses[i] = row.yield * pairs.limit_of(i)(strains[i], factors[i]) / row.xi_s;
+    flow_stresses[i] = row.yield > 0.0    // where a type has no row its limit is infinite
+        ? row.yield * pairs.limit_of(i)(strains[i], factors[i]) / row.xi_s
+        : 0.0;
   }
 }
 
