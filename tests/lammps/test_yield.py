@@ -188,3 +188,18 @@ def test_the_quasistatic_deck_gives_the_mass_of_the_solid(lmp, tmp_path):
     row = f"{words(ROW)} spacing 0.0055 coordination 12 density 7900 yield {STRESS}"
     run = lmp("in.quasistatic", variables={"specimen": REFERENCE, "coeff": row, "plasticity": "isotropic", "contact": "join", "strain": 0.0005, "also": "also.lmp"}).ok()
     assert [float(line.split()[1]) for line in run.stdout.splitlines() if line.startswith("solid:")] == pytest.approx([1.0, 1.0], rel=1e-6)
+
+
+def test_a_restart_file_after_a_minimization(lmp, tmp_path):
+    """At its end the limits move, and stresses are those of the forces after that, which only the next run computes."""
+    body = body_of()
+    write_body(tmp_path / "body.data", body)
+    material, more = style(body, "join 1.4", KV), PULL + "run 143\nwrite_evp_bonds end.bonds\n"
+    text = head("on") + material + PULL + ENERGY + MOVE + "run 157\nvelocity all set 0 0 0\nmin_modify dmax 1e-5\nminimize 0 1 20000 20000\nwrite_restart half.restart\n"
+    whole = lmp(text + more, 2).ok().thermo()
+    pairs = read_pairs(tmp_path / "end.bonds")
+    found = lmp(head("off", start="read_restart half.restart") + material + ENERGY + MOVE + more).ok().thermo()
+    for name in ("PotEng", "KinEng", "Pxx"):
+        assert found[name][-1] == pytest.approx(whole[name][-1], rel=1e-9), name
+    for name in VALUES:
+        assert read_pairs(tmp_path / "end.bonds").column(name) == pytest.approx(pairs.column(name), rel=1e-8, abs=1e-9 * STRESS), name
