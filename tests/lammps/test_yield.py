@@ -175,7 +175,8 @@ def test_spheres_of_a_type_without_a_row_gather_plastic_strain(lmp, tmp_path):
     body = lattice_body((5, 4, 4))
     write_body(tmp_path / "body.data", body)
     row = row_words(body_of())
-    text = head("on") + f"pair_style hybrid evp/lj contact none plasticity isotropic zero 0.01\npair_coeff 1 1 evp/lj {row}\npair_coeff 1 2 evp/lj {row}\npair_coeff 2 2 zero\nfix bonds all evp/bonds\n"
+    text = head("on") + "pair_style hybrid evp/lj contact none plasticity isotropic zero 0.01\n"
+    text += f"pair_coeff 1 1 evp/lj {row}\npair_coeff 1 2 evp/lj {row}\npair_coeff 2 2 zero\nfix bonds all evp/bonds\n"
     text += PULL + f"fix move all nve\ntimestep {DT}\ncompute own all evp/state/atom plastic_strain\ngroup one type 1\ngroup two type 2\n"
     text += "".join(f"compute {name} {name} reduce ave c_own[5]\n" for name in ("one", "two")) + thermo("c_one c_two") + f"thermo {STEPS}\nrun {STEPS}\n"
     table = lmp(text).ok().thermo()
