@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from evp import law
 from flowing import flow_words, read_pairs
+from lammps_run import REFERENCE
 from oracle import metal, volume
 from small_bodies import SPACING, dump, head, lattice_body, mass_of, thermo, velocities, words, write_body
 
@@ -142,3 +143,64 @@ def test_what_acts_is_told(lmp, tmp_path):
     with_volume = told(style(body, kv=KV))
     assert "spheres flow at the flow stress of their row," in with_volume and "takes over the pressure at which bonds yield" in with_volume
     assert "inactive without plasticity isotropic: yield" in told(style(body).replace("isotropic", "none"))
+
+
+def test_outside_the_group_of_the_volume_energy_nothing_is_taken_over(lmp, tmp_path):
+    """Spheres outside it have no volume energy, whatever the pressure."""
+    body = body_of()
+    write_body(tmp_path / "body.data", body)
+    half = f"region half block INF 0.025 INF INF INF INF\ngroup half region half\nfix volume half evp/volume {KV}\ngroup rest subtract all half\n"
+    press = velocities("-300*(x-0.025)", "-300*(y-0.02)", "-300*(z-0.02)")
+    sums = "compute own all pe/atom fix\ncompute rest rest reduce sum c_own\ncompute half half reduce sum c_own\n"
+    text = head("on") + style(body) + half + press + ENERGY + MOVE + sums + thermo("ke f_volume[2] f_energy c_rest c_half") + "run 300\n"
+    table = lmp(text, 2).ok().thermo()
+    assert np.abs(table["f_energy"]).max() < 1e-3 * table["KinEng"][0]
+    assert np.all(table["c_rest"] == 0.0) and table["c_half"].max() > 0.0
+    assert table["f_volume[2]"].min() < -2.0 * ROW.xi_s, "control: bonds have yielded under pressure"
+
+
+@pytest.mark.parametrize("cavitation", [1.5 * ROW.xi_s, "none"])
+def test_energy_where_cavities_open_below_the_yield_of_bonds(lmp, tmp_path, cavitation):
+    body = body_of()
+    write_body(tmp_path / "body.data", body)
+    pull = velocities("700*(x-0.025)", "700*(y-0.02)", "700*(z-0.02)")
+    volume = f"fix volume all evp/volume {KV} cavitation {cavitation}\n"
+    table = lmp(head("on") + style(body) + volume + pull + ENERGY + MOVE + thermo("ke f_volume[3] f_energy") + "run 300\n").ok().thermo()
+    assert np.abs(table["f_energy"]).max() < 1e-3 * table["KinEng"][0]
+    assert table["f_volume[3]"].max() > 4.0 * ROW.xi_s, "control"
+
+
+def test_spheres_of_a_type_without_a_row_gather_plastic_strain(lmp, tmp_path):
+    """Bonds with them hold by the row of the other type."""
+    body = lattice_body((5, 4, 4))
+    write_body(tmp_path / "body.data", body)
+    row = row_words(body_of())
+    text = head("on") + "pair_style hybrid evp/lj contact none plasticity isotropic zero 0.01\n"
+    text += f"pair_coeff 1 1 evp/lj {row}\npair_coeff 1 2 evp/lj {row}\npair_coeff 2 2 zero\nfix bonds all evp/bonds\n"
+    text += PULL + f"fix move all nve\ntimestep {DT}\ncompute own all evp/state/atom plastic_strain\ngroup one type 1\ngroup two type 2\n"
+    text += "".join(f"compute {name} {name} reduce ave c_own[5]\n" for name in ("one", "two")) + thermo("c_one c_two") + f"thermo {STEPS}\nrun {STEPS}\n"
+    table = lmp(text).ok().thermo()
+    assert table["c_two"][-1] > 0.5 * table["c_one"][-1] > 0.01
+
+
+def test_the_quasistatic_deck_gives_the_mass_of_the_solid(lmp, tmp_path):
+    """Stresses of spheres are forces over their share of the solid, which is a mass over a density, also where nothing moves."""
+    (tmp_path / "also.lmp").write_text('print "solid: $(mass(all)/v_volume/v_row_density)"\n', encoding="utf-8")
+    row = f"{words(ROW)} spacing 0.0055 coordination 12 density 7900 yield {STRESS}"
+    run = lmp("in.quasistatic", variables={"specimen": REFERENCE, "coeff": row, "plasticity": "isotropic", "contact": "join", "strain": 0.0005, "also": "also.lmp"}).ok()
+    assert [float(line.split()[1]) for line in run.stdout.splitlines() if line.startswith("solid:")] == pytest.approx([1.0, 1.0], rel=1e-6)
+
+
+def test_a_restart_file_after_a_minimization(lmp, tmp_path):
+    """At its end the limits move, and stresses are those of the forces after that, which only the next run computes."""
+    body = body_of()
+    write_body(tmp_path / "body.data", body)
+    material, more = style(body, "join 1.4", KV), PULL + "run 143\nwrite_evp_bonds end.bonds\n"
+    text = head("on") + material + PULL + ENERGY + MOVE + "run 157\nvelocity all set 0 0 0\nmin_modify dmax 1e-5\nminimize 0 1 20000 20000\nwrite_restart half.restart\n"
+    whole = lmp(text + more, 2).ok().thermo()
+    pairs = read_pairs(tmp_path / "end.bonds")
+    found = lmp(head("off", start="read_restart half.restart") + material + ENERGY + MOVE + more).ok().thermo()
+    for name in ("PotEng", "KinEng", "Pxx"):
+        assert found[name][-1] == pytest.approx(whole[name][-1], rel=1e-9), name
+    for name in VALUES:
+        assert read_pairs(tmp_path / "end.bonds").column(name) == pytest.approx(pairs.column(name), rel=1e-8, abs=1e-9 * STRESS), name

@@ -73,7 +73,7 @@ class VolumeLaw {
       state.energy = kv * (cavitation * cavitation - 0.5 * left * left);
       state.bonded = state.pulling = scale * left;
     }
-    const bool takes = taken.bulk > 0.0 && theta > taken.from;
+    const bool takes = taken.bulk > 0.0 && theta > taken.from && cavitation > taken.from;
     if (takes) take_over_expanded(taken, theta, per_slope, state);
     if (theta < 0.0 || some_push) {
       const double compressed = (now.bonded - reference.own.rho) * per_slope;

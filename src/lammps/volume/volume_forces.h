@@ -214,8 +214,9 @@ class VolumeForces final : public Effect, protected Pointers {
   }
   VolumeState state(int i) const
   {
-    return law.state(kv_of(i), reference(i), density(i),
-                     is_plastic ? taken[atom->type[i]] : TakenOver());
+    const double kv = kv_of(i);
+    return law.state(kv, reference(i), density(i),
+                     is_plastic && kv > 0.0 ? taken[atom->type[i]] : TakenOver());
   }
   bool takes_over() const
   {

@@ -83,7 +83,9 @@ std::string YieldCondition::describe() const
 void YieldCondition::keep_values(BondStore &store)
 {
   store.keep<YieldRecord>(acts);
-  if (acts) records = store.columns<YieldRecord>();
+  if (!acts) return;
+  records = store.columns<YieldRecord>();
+  measures = store.words.count(YieldRecord::NAME) > 0;
 }
 
 const Row &YieldCondition::row_of(int i) const
@@ -110,7 +112,9 @@ void YieldCondition::begin_update()
   for (int i = 0; i < nlocal; i++) {
     const Row &row = row_of(i);
     strains[i] = pairs.store().sphere(i).p;
-    flow_stresses[i] = row.yield * pairs.limit_of(i)(strains[i], factors[i]) / row.xi_s;
+    flow_stresses[i] = row.yield > 0.0    // where a type has no row its limit is infinite
+        ? row.yield * pairs.limit_of(i)(strains[i], factors[i]) / row.xi_s
+        : 0.0;
   }
 }
 
@@ -135,6 +139,13 @@ void YieldCondition::multiply_limits(std::vector<double> &factors) const
   for (size_t i = 0; i < factors.size(); i++) factors[i] *= records[(int) i].factor;
 }
 
+// a word tells restart files that the stresses are still to be taken, as at the end of a minimization
+void YieldCondition::update_effect()
+{
+  measures = true;
+  pairs.store().words[YieldRecord::NAME] = {1.0};
+}
+
 void YieldCondition::before_forces(const ParticleView &view)
 {
   if (!measures) return;
@@ -147,6 +158,7 @@ void YieldCondition::before_forces(const ParticleView &view)
 void YieldCondition::after_forces(const ParticleView &view)
 {
   if (!std::exchange(measures, false)) return;
+  pairs.store().words.erase(YieldRecord::NAME);
   enum { VOLUME = std::tuple_size<Tensor>::value, FACTOR, COUNT, WIDTH };
   const PairLists &lists = pairs.lists();
   pairs.exchange().reverse_comm(stresses.sums);

@@ -34,7 +34,7 @@ class YieldCondition final : public Effect, protected Pointers {
   std::string describe() const override;
 
   void begin_update() override;
-  void update_effect() override { measures = true; }
+  void update_effect() override;
   void multiply_hardening(std::vector<double> &shares) const override;
   void strains_updated(const BondStore &, bool have_flowed) override;
   void multiply_limits(std::vector<double> &factors) const override;
