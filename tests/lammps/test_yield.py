@@ -11,7 +11,7 @@ from small_bodies import SPACING, dump, head, lattice_body, mass_of, thermo, vel
 
 ROW = law.TABLE1._replace(xi_s=0.002)
 FLOW = (0, 1, 0.02, 1.4, 0.2, 1.8)
-STRESS, DENSITY, KV = 8e6, 2000.0, 500.0
+STRESS, DENSITY, KV = 8e6, 1410.0, 500.0
 DT, STEPS = 3e-7, 300
 PULL = velocities("150*(x-0.025)+40*sin(5.1*id)", "-60*(y-0.02)+40*cos(7.3*id)", "-90*(z-0.02)+40*sin(2.7*id)")
 

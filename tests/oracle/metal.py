@@ -52,8 +52,8 @@ class Yield(NamedTuple):
     After the forces of a step with an update: S_i = -1/2 sum F d u (x) u, without damping; A_i the sum of S over a sphere and those it is
     bonded to, over the sum of their volumes m/density; s_i that of S_i/V_i along A_i, (3/2) dev(S_i/V_i) : dev(A_i)/mises(A_i).
     At the next update: p stays where mises(A_i) < 0.5 S0 Y(p_i); else the factor k_i moves by the share min(0.5, growth of p/0.0001) to
-    K (1 - 0.6 (r - 1)), with K the mean factor around at the measurement, r = s_i/(1.02 S0 Y) within 2/3 and 3/2, 1 where at the
-    measurement the forces of the pairs of a sphere sum to more than 0.2 mises(A_i) V_i/R_i; it stays within 1/2 and 2. Y as before the update.
+    K (1 - 0.6 (r - 1)), with K the mean factor around at the measurement, r = s_i/(1.02 S0 Y) within 2/3 and 3/2, 1 for spheres that are
+    prescribed; it stays within 1/2 and 2. Y as before the update.
     """
 
     stress: float  # S0 [pressure]
@@ -118,7 +118,6 @@ class Metal:
             self._laws[kind] = own, flows[kind] if isinstance(flows, dict) else flows
         self.p, self.slip, self.work = np.full(n, p, dtype=float), np.zeros(n), np.zeros(n)
         self.condition, self.volume_energy = condition, volume_energy
-        self.pressed = np.zeros(n, dtype=bool)
         self.count = self._to_spheres(self.bonded)
         self.factor, self.around, self.along, self.mean_stress = np.ones(n), np.ones(n), np.zeros(n), np.zeros(n)
         self.fresh = ~self.bonded
@@ -152,7 +151,7 @@ class Metal:
 
     def _move_factors(self, growth, flow_stress):
         ratio = np.clip(self.along / (1.02 * flow_stress), 2.0 / 3.0, 1.5)
-        ratio[self.pressed] = 1.0
+        ratio[self.prescribed] = 1.0
         aim = self.around * (1.0 - 0.6 * (ratio - 1.0))
         moved = self.factor + np.minimum(0.5, growth / 1e-4) * (aim - self.factor)
         self.factor = np.where(growth > 0.0, np.clip(moved, 0.5, 2.0), self.factor)
@@ -173,8 +172,6 @@ class Metal:
         self.mean_stress = von_mises(mean)
         single = own / volumes[:, None, None]
         self.along = 1.5 * np.sum(single * deviator(mean), axis=(1, 2)) / np.where(self.mean_stress > 0.0, self.mean_stress, np.inf)
-        unbalanced = np.linalg.norm(self._to_spheres((pair_force)[:, None] * now.unit, -1.0), axis=1)
-        self.pressed = unbalanced * self.radius > 0.2 * self.mean_stress * volumes
         self.around = around(self.factor) / around(np.ones(len(self.x)))
 
     def _of_pair(self, y):

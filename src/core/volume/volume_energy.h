@@ -98,8 +98,8 @@ class VolumeLaw {
                            beyond > 0.0 ? scale * per_slope : 0.0};
       if (more > 0.0) {
         const double slope = (own + beyond - counted) / y;    // of y, more than 1 in a gap
-        state.stiffness = stiffened(state.stiffness,
-                                    1.0 + taken.bulk / kv * std::max(1.0, slope * slope));
+        state.stiffness =
+            stiffened(state.stiffness, 1.0 + taken.bulk / kv * std::max(1.0, slope * slope));
       }
     }
     if (takes) state.stiffness.total += taken.bulk * per_slope * per_slope;

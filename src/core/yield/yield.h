@@ -23,8 +23,7 @@ inline Tensor deviator(const Tensor &stress)
 
 inline double contraction(const Tensor &a, const Tensor &b)
 {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] +
-      2.0 * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5]);
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + 2.0 * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5]);
 }
 
 /// Equivalent stress of von Mises.
@@ -45,7 +44,7 @@ inline double equivalent_along(const Tensor &own, const Tensor &around)
 
 /// What a sphere keeps, as of the last update. Stresses: 0 before the first one.
 struct YieldRecord {
-  double factor;    ///< of its limit, and so of the forces of its bonds as they flow
+  double factor;           ///< of its limit, and so of the forces of its bonds as they flow
   double factor_around;    ///< the mean of it and of those that it is bonded to
   double stress;           ///< see equivalent_along() [pressure]
   double stress_around;    ///< von Mises' of the mean over both [pressure]
@@ -66,16 +65,19 @@ inline const bool has_yield_table = add_table<YieldRecord>();
 /// bonds: the factor of their limit follows the ratio of both stresses. Measured with it (doc/metals.md): bodies are within 5 % of
 /// the flow curve in tension, compression and shear, without it within 20 %.
 namespace yielding {
-  constexpr double SETTLING = 1e-4;       ///< plastic strain in which a factor comes to that around it
-  constexpr double STEERING = 0.6;        ///< share of a deviation of the stress that is corrected in it
-  constexpr double MOST = 2.0;            ///< of a factor, and 1/MOST at least
-  constexpr double MOST_DEVIATION = 1.5;  ///< of the stress that is taken, and 1/MOST_DEVIATION
-  constexpr double FLOW_STRESS_SHARE = 1.02;    ///< the mean of `stress` over that of a body: its scatter adds
-  constexpr double HARDENING = 0.5;    ///< share of the flow stress below which flow is by pressure: it hardens nothing
+  constexpr double SETTLING = 1e-4;    ///< plastic strain in which a factor comes to that around it
+  constexpr double STEERING =
+      0.6;                        ///< share of a deviation of the stress that is corrected in it
+  constexpr double MOST = 2.0;    ///< of a factor, and 1/MOST at least
+  constexpr double MOST_DEVIATION = 1.5;    ///< of the stress that is taken, and 1/MOST_DEVIATION
+  constexpr double FLOW_STRESS_SHARE =
+      1.02;    ///< the mean of `stress` over that of a body: its scatter adds
+  constexpr double HARDENING =
+      0.5;    ///< share of the flow stress below which flow is by pressure: it hardens nothing
   constexpr double UNBALANCED = 0.2;    ///< see is_pressed()
 
   /// Is a sphere pressed or held by what is no pair, such as a tool? Then its pairs say less than all of its stress, and it follows
-  /// those around it. force: of its pairs; stress: around it.
+  /// those around it. force: of others than its pairs; stress: around it.
   inline bool is_pressed(double force, double radius, double volume, double stress)
   {
     return force * radius > UNBALANCED * stress * volume;
@@ -92,9 +94,8 @@ namespace yielding {
   {
     const double share = std::min(0.5, growth / SETTLING);
     const double ratio = own.stress / (FLOW_STRESS_SHARE * flow_stress);
-    const double taken = own.pressed != 0.0
-        ? 1.0
-        : std::max(1.0 / MOST_DEVIATION, std::min(MOST_DEVIATION, ratio));
+    const double taken =
+        own.pressed != 0.0 ? 1.0 : std::max(1.0 / MOST_DEVIATION, std::min(MOST_DEVIATION, ratio));
     const double aim = own.factor_around * (1.0 - STEERING * (taken - 1.0));
     return std::max(1.0 / MOST, std::min(MOST, own.factor + share * (aim - own.factor)));
   }

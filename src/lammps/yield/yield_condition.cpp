@@ -7,6 +7,7 @@
 
 #include "atom.h"
 #include "error.h"
+#include "update.h"
 
 #include <algorithm>
 #include <array>
@@ -26,12 +27,12 @@ void StressSums::operator()(const PairRange &range, PairBlock &block)
       const double x = block.relative(0, k), y = block.relative(1, k), z = block.relative(2, k);
       const Tensor share = {half * x * x, half * y * y, half * z * z,
                             half * x * y, half * x * z, half * y * z};
-      const double force[3] = {half * x, half * y, half * z};
+      const double force[3] = {block.force[k] * x, block.force[k] * y, block.force[k] * z};
       for (size_t c = 0; c < share.size(); c++) sums[i][c] += share[c];
-      for (int c = 0; c < 3; c++) sums[i][share.size() + c] -= 2.0 * force[c];
+      for (int c = 0; c < 3; c++) sums[i][share.size() + c] += force[c];
       if (j >= nreact) continue;
       for (size_t c = 0; c < share.size(); c++) sums[j][c] += share[c];
-      for (int c = 0; c < 3; c++) sums[j][share.size() + c] += 2.0 * force[c];
+      for (int c = 0; c < 3; c++) sums[j][share.size() + c] -= force[c];
     }
   });
 }
@@ -52,22 +53,22 @@ void YieldCondition::rows_scaled(const Coefficients &coefficients)
 // with its density, without the voids between them, are a third less
 void YieldCondition::demand_mass_of_solid(int type, double spacing) const
 {
-  constexpr double LEAST = 0.42, MOST = 1.0;
+  constexpr double LEAST = 0.42, MOST = 0.8;
   const Atom *const atom = pairs.atoms();
   std::array<double, 2> sums{};
   for (int i = 0; i < atom->nlocal; i++)
     if (atom->type[i] == type) sums = {sums[0] + atom->rmass[i], sums[1] + 1.0};
   sums = reduce_all(sums, MPI_SUM, world);
   if (spacing == 0.0 || sums[1] == 0.0) return;
-  const double share =
-      sums[0] / sums[1] / (rows[type].density * spacing * spacing * spacing);
+  const double share = sums[0] / sums[1] / (rows[type].density * spacing * spacing * spacing);
   if (share < LEAST || share > MOST)
-    error->all(FLERR,
-               "Pair evp/lj, type {}: yield takes the volume of a sphere from its mass, which is {:.3g} "
-               "of density times the cube of the bond length, and 0.48 to 0.6 in a body with the "
-               "mass of the solid: use 'set group all density' with the density of the row over the "
-               "solid fraction of the body",
-               type, share);
+    error->all(
+        FLERR,
+        "Pair evp/lj, type {}: yield takes the volume of a sphere from its mass, which is {:.3g} "
+        "of density times the cube of the bond length, and 0.48 to 0.6 in a body with the "
+        "mass of the solid: use 'set group all density' with the density of the row over the "
+        "solid fraction of the body",
+        type, share);
 }
 
 std::string YieldCondition::describe() const
@@ -159,6 +160,7 @@ void YieldCondition::after_forces(const ParticleView &view)
 {
   if (!std::exchange(measures, false)) return;
   pairs.store().words.erase(YieldRecord::NAME);
+  forces_of_pairs.clear();
   enum { VOLUME = std::tuple_size<Tensor>::value, FACTOR, COUNT, WIDTH };
   const PairLists &lists = pairs.lists();
   pairs.exchange().reverse_comm(stresses.sums);
@@ -183,7 +185,10 @@ void YieldCondition::after_forces(const ParticleView &view)
   pairs.exchange().reverse_comm(around);
 
   for (int i = 0; i < lists.nlocal; i++) {
-    if (!(own[i][VOLUME] > 0.0)) continue;
+    if (!(own[i][VOLUME] > 0.0)) {
+      forces_of_pairs.emplace_back(0.0, 0.0, 0.0);
+      continue;
+    }
     Tensor stress, mean;
     for (int c = 0; c < VOLUME; c++) {
       stress[c] = own[i][c] / own[i][VOLUME];
@@ -191,15 +196,29 @@ void YieldCondition::after_forces(const ParticleView &view)
     }
     records[i].stress = equivalent_along(stress, mean);
     records[i].stress_around = von_mises(mean);
-    const double *const force = stresses.sums[i] + VOLUME;
-    records[i].pressed =
-        yielding::is_pressed(std::sqrt(force[0] * force[0] + force[1] * force[1] +
-                                       force[2] * force[2]),
-                             pairs.atoms()->radius[i], own[i][VOLUME], records[i].stress_around)
-        ? 1.0
-        : 0.0;
     records[i].factor_around = around[i][FACTOR] / around[i][COUNT];
+    const Vector force(stresses.sums[i] + VOLUME);
+    note_other_force(i, force);    // of spheres at rest, as in a minimization: the same
+    forces_of_pairs.push_back(force);
   }
+}
+
+void YieldCondition::note_other_force(int i, const Vector &force)
+{
+  records[i].pressed = yielding::is_pressed(std::sqrt(dot(force, force)), pairs.atoms()->radius[i],
+                                            volume_of(i), records[i].stress_around)
+      ? 1.0
+      : 0.0;
+}
+
+// when all forces of the step are known
+void YieldCondition::committed()
+{
+  if (forces_of_pairs.empty() || update->whichflag == 2) return;
+  const auto *const f = scene::rows(pairs.atoms()->f);
+  for (size_t i = 0; i < forces_of_pairs.size(); i++)
+    note_other_force((int) i, Vector(f[i]) - forces_of_pairs[i]);
+  forces_of_pairs.clear();
 }
 
 }    // namespace EVP

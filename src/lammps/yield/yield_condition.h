@@ -43,6 +43,7 @@ class YieldCondition final : public Effect, protected Pointers {
   void before_forces(const ParticleView &) override;
   PairConsumer *reads_forces(const PairList &) override { return measures ? &stresses : nullptr; }
   void after_forces(const ParticleView &) override;
+  void committed() override;
 
  private:
   PairData &pairs;
@@ -50,9 +51,12 @@ class YieldCondition final : public Effect, protected Pointers {
   std::vector<Row> rows;    // by atom type, from 1; of those without the condition yield is 0
   bool acts = false, measures = false;
   StressSums stresses;
-  std::vector<double> strains;         // plastic, of own atoms before the update
+  std::vector<double> strains;          // plastic, of own atoms before the update
   std::vector<double> flow_stresses;    // of own atoms at these; 0 without the condition
 
+  std::vector<Vector> forces_of_pairs;    // of own atoms, in a step with stresses
+
+  void note_other_force(int i, const Vector &force);
   const Row &row_of(int i) const;
   double volume_of(int i) const;
   void demand_mass_of_solid(int type, double spacing) const;
