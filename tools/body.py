@@ -144,7 +144,7 @@ def main(arguments=None):
         across, where = min((surface.section_area(0.5 * surface.extents[0]) ** 0.5 / diameter, "at mid-length"),
                             (check_thickness(surface, options.n, np.random.default_rng(options.seed)), "in the thinnest section"))
         print(f"{options.n} spheres of a diameter of about {diameter:.3g} m, {across:.1f} across {where}"
-              + (": below ten E and the yield stress come out low, see calibrate.py --body" if across < 10.0 else ""), flush=True)
+              + (": below ten E comes out a few percent off, see validation.md" if across < 10.0 else ""), flush=True)
         packing, near = pack(surface, options.n, options.seed, options.density, options.out)
         filled = np.sum(4.0 / 3.0 * np.pi * packing.radius**3) / surface.volume()
         print(f"solid fraction {filled:.4f}; {len(near)} spheres touch the surface, {100 * np.sqrt(np.mean(near**2)):.2f} % of a radius off it (rms), "

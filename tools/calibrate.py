@@ -19,7 +19,7 @@ are compression, stresses are positive numbers.
 Packs a body that is periodic on all sides, and measures its moduli for at most 6 rows, each after what the one before missed. The flow curve is
 in the row as it is: its spheres flow at it (the keyword yield). The row is then pulled to a true strain of 0.22, pressed to 0.62 and sheared to 3, or as far as the curve is
 known; it is appended in any case, with its residuals. The exit status is 3 where E is off by more than 2 %, Poisson's ratio by 3 %, the yield stress by
-6 %, the stress by 5 % in tension and compression or 6 % in shear. Also writes FILE.NAME.png with its CSV: flow curve, the ways of the row, residuals. Use the row
+8 %, the stress by 5 % in tension and compression or 6 % in shear. Also writes FILE.NAME.png with its CSV: flow curve, the ways of the row, residuals. Use the row
 with *plasticity isotropic*, *contact join* and fix evp/volume row. LAMMPS is the lmp of this checkout, or EVP_LMP and EVP_MPIRUN.
 """
 

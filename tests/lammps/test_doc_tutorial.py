@@ -13,7 +13,7 @@ from study import run_blocks
 PAGE = tutorial_page.PAGE.read_text(encoding="utf-8")
 STEPS = tutorial_page.steps(PAGE)
 # What is smaller here than on the page: bodies, ranks, pictures; and a higher rate.
-SMALLER = (("--n 2000", "--n 350"), ("--name alloy --out", "--spheres 250 --ranks 1 --name alloy --out"), ("--body bar.data", "--body bar.data --ranks 1"),
+SMALLER = (("--n 2000", "--n 350"), ("--name alloy --out", "--spheres 250 --name alloy --out"),
            ("-var strain 0.008", "-var rate 40 -var strain 0.008"),
            ("-var frames 20", "-var frames 3"), ("--out my.evp", "--out my.evp || [ $? -eq 3 ]"), ("--pixels 400", "--pixels 150"))
 SAME = 0.12  # of the figures, for a fourth of the spheres and other packings
@@ -51,20 +51,11 @@ def test_outputs_are_those_of_the_commands(results):
 
 
 def test_figures_of_the_page(results):
-    """The curves of both rows: E, yield stress, stress at 1 %, and permanent strain."""
+    """The curves of both runs: E, yield stress, stress at 1 %, and permanent strain."""
     found = results[1]
     for name, count in (("first.csv", 5), ("pull.csv", 12)):
-        own, page = (rows(text, name) for text in (found[6][0], STEPS[6].shown))
+        own, page = (rows(text, name) for text in (found[5][0], STEPS[5].shown))
         assert len(own) == count and own[:3] + own[5:8] + own[10:] == pytest.approx(page[:3] + page[5:8] + page[10:], rel=SAME, nan_ok=True), name
-    modulus, *_, turn, stress, left, _, _, _, _ = rows(found[6][0], "pull.csv")
-    assert modulus == pytest.approx(70.0, rel=0.02), "calibrated on this bar"
+    modulus, *_, turn, stress, left, _, _, _, _ = rows(found[5][0], "pull.csv")
+    assert modulus == pytest.approx(70.0, rel=0.12), "of a bar that is a few spheres wide"
     assert 0.97 < (turn - left) / (1e-3 * stress / modulus) < 1.1, "springback: the stress over E"
-
-
-def test_row_of_the_bar_is_that_of_the_metal():
-    """On the page: the first row misses E and yield stress, that of the bar itself meets them."""
-    (modulus, held), again = ([float(re.search(rf"--{name} (\S+?)(?:@| )", STEPS[k].commands)[1]) for name in ("E", "yield")] for k in (2, 4))
-    first, pull = (rows(STEPS[6].shown, name) for name in ("first.csv", "pull.csv"))
-    assert again == [modulus, held] and "--body bar.data" in STEPS[4].commands
-    assert modulus > 1e9 * first[0] and held > 1e6 * first[1], "control: there is something to mend"
-    assert [1e9 * pull[0], 1e6 * pull[1]] == pytest.approx([modulus, held], rel=0.01)
