@@ -208,7 +208,7 @@ def test_a_miss_is_told(tmp_path, monkeypatch):
     monkeypatch.setattr(calibration, "loads", lambda *more: {**made_loads(*more), "tension": pulled(1.07, more[1].curve, more[1].modulus, 0.22)})
     words = "--E=73e9 --nu=0.33 --johnson-cook 265e6 426e6 0.34 --density=2770 --name=mine --out".split()
     done = call(calibrate.main, *words, tmp_path / "m.evp")
-    assert done.returncode == 3 and "missed: tension 0.2 % yield +7.9 %, at 0.5 % +7.0 %" in done.stderr and "mine " in (tmp_path / "m.evp").read_text(encoding="utf-8")
+    assert done.returncode == 3 and "missed: tension at 0.5 % +7.0 %" in done.stderr and "mine " in (tmp_path / "m.evp").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("curve, yields", [(ALLOY, 265e6), (flow.johnson_cook(90e6, 292e6, 0.31), 90e6), (flow.through(73e9, 200e6, ((300e6, 0.1),)), 200e6)])

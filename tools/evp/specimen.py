@@ -82,9 +82,9 @@ def thickness(specimen, alpha):
 
 def pairs_within(specimen, reach, periodic=False):
     """Pairs (P,2) of 0-based indices with d <= reach (R_i + R_j), and their d/(R_i + R_j)."""
-    low, size = specimen.box[:, 0], np.ptp(specimen.box, axis=1)
-    x = (specimen.x - low) % size if periodic else specimen.x
-    pairs = cKDTree(x, boxsize=size if periodic else None).query_pairs(2.0 * reach * specimen.radius.max(), output_type="ndarray")
+    size = np.ptp(specimen.box, axis=1) if periodic else None
+    x = (specimen.x - specimen.box[:, 0]) % size if periodic else specimen.x
+    pairs = cKDTree(x, boxsize=size).query_pairs(2.0 * reach * specimen.radius.max(), output_type="ndarray")
     i, j = pairs.T
     apart = x[i] - x[j]
     distance = np.linalg.norm(apart - size * np.round(apart / size) if periodic else apart, axis=1)
