@@ -245,7 +245,7 @@ def make_body(folder, count, seed, density):
 def call(deck, variables, ranks, folder, title, share=lambda: 0.0):
     """Run a deck in the folder; Failed where it ends badly, RunError where it does not even start. share: a function that gives what is done of it, 0 to 1."""
     try:
-        run_jobs([Job(deck, deck, variables, folder, ranks, done=share)], ranks, title)
+        run_jobs([Job(pathlib.PurePath(deck).name, deck, variables, folder, ranks, done=share)], ranks, title)
     except Failed as failure:
         raise Failed(str(failure).partition("\n  whole output:")[0]) from failure
 
