@@ -5,8 +5,6 @@ EVP_LMP      the lmp to run (default: build/lmp of this checkout)
 EVP_MPIRUN   mpirun with its flags (default: mpirun -np); a run on one rank does without
 """
 
-import contextlib
-import math
 import os
 import pathlib
 import re
@@ -152,18 +150,16 @@ def last_strain(path):
         return 0.0
 
 
-def run_jobs(jobs: List[Job], cores=None, title="LAMMPS", timeout=math.inf, progress=None):
+def run_jobs(jobs: List[Job], cores=None, title="LAMMPS"):
     """Run all jobs, in their order, as many at once as the cores allow.
 
-    cores: default all that this process may use. progress: the caller's Progress, of which a single job is a part. At the first failure the others are stopped and
-    RunError is raised; so they are on any other exception, the user's interrupt among them. Failed
-    where all of them together last longer than timeout [s].
+    cores: default all that this process may use. At the first failure the others are stopped and
+    RunError is raised; so they are on any other exception, the user's interrupt among them.
     """
     cores = cores or len(os.sched_getaffinity(0))
-    waiting, running, finished, begin = list(jobs), [], 0.0, time.monotonic()
+    waiting, running, finished = list(jobs), [], 0.0
     try:
-        own = Progress(title, sum(job.cost for job in jobs), INTERVAL) if progress is None else contextlib.nullcontext(progress)
-        with own as progress:
+        with Progress(title, sum(job.cost for job in jobs), INTERVAL) as progress:
             while waiting or running:
                 for job in list(waiting):
                     free = cores - sum(other.ranks for other in running)
@@ -172,8 +168,6 @@ def run_jobs(jobs: List[Job], cores=None, title="LAMMPS", timeout=math.inf, prog
                         job.start()
                         running.append(job)
                 time.sleep(_POLL)
-                if time.monotonic() - begin > timeout:
-                    raise Failed(f"timed out after {timeout:.0f} s")
                 for job in [job for job in running if job.process.poll() is not None]:
                     job.check()
                     running.remove(job)

@@ -75,11 +75,6 @@ def bond_lengths(specimen, alpha, periodic=False):
     return ratio * specimen.radius[pairs].sum(axis=1)
 
 
-def thickness(specimen, alpha):
-    """Mean (R_i + R_j)/deq of the pairs that a row with this alpha bonds: of the stiffness, where bonds thin."""
-    return float(np.mean(1.0 / pairs_within(specimen, alpha)[1]))
-
-
 def pairs_within(specimen, reach, periodic=False):
     """Pairs (P,2) of 0-based indices with d <= reach (R_i + R_j), and their d/(R_i + R_j)."""
     size = np.ptp(specimen.box, axis=1) if periodic else None

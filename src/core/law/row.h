@@ -46,8 +46,7 @@ struct Row {
   double kv = 0.0;              ///< of fix evp/volume [energy]
   double density = 0.0;         ///< of the solid [mass/volume]
   FlowTable flow = {};          ///< with plasticity
-  double yield =
-      0.0;    ///< flow stress where the limit is xi_s [pressure]; 0: that which bonds make
+  double yield = 0.0;           ///< flow stress where the limit is xi_s [pressure]; 0: none
   double limit_own =
       0.0;    ///< 1: its pairs hold by xi_s, whatever their spheres have gone through
 
