@@ -18,22 +18,49 @@
 
 namespace EVP {
 
+namespace {
+  constexpr int NSTRESS = std::tuple_size<Tensor>::value;
+
+  template <int Width> EVP_INLINE void add(double *to, const double *from)
+  {
+    for (int c = 0; c < Width; c++) to[c] += from[c];
+  }
+}    // namespace
+
+void StressSums::begin(int nall, const ParticleView &view)
+{
+  nreact = view.nreact;
+  damped = view.v != nullptr;
+  sums.assign(nall, 0.0);
+  for (int i = 0; view.f && i < nall; i++)
+    for (int c = 0; c < 3; c++) sums[i][NSTRESS + c] = -view.f[i][c];
+}
+
+void StressSums::end(const ParticleView &view)
+{
+  for (int i = 0; i < (int) sums.size(); i++) add<3>(sums[i] + NSTRESS, view.f[i]);
+}
+
 void StressSums::operator()(const PairRange &range, PairBlock &block)
 {
-  range.for_each_row([&](int i, int first, int last) {
-    for (int n = first; n < last; n++) {
-      const int k = n - range.first, j = range.list.j[n];
-      const double half = -0.5 * (damped ? block.force[k] - block.damping[k] : block.force[k]);
-      const double x = block.relative(0, k), y = block.relative(1, k), z = block.relative(2, k);
-      const Tensor share = {half * x * x, half * y * y, half * z * z,
-                            half * x * y, half * x * z, half * y * z};
-      const double force[3] = {block.force[k] * x, block.force[k] * y, block.force[k] * z};
-      for (size_t c = 0; c < share.size(); c++) sums[i][c] += share[c];
-      for (int c = 0; c < 3; c++) sums[i][share.size() + c] += force[c];
-      if (j >= nreact) continue;
-      for (size_t c = 0; c < share.size(); c++) sums[j][c] += share[c];
-      for (int c = 0; c < 3; c++) sums[j][share.size() + c] -= force[c];
+  call_vectorized([&]() EVP_KERNEL {
+    const int *const partner = range.list.j.data() + range.first;
+    double half[PairBlock::SIZE];
+    for (int k = 0; k < block.n; k++) {
+      prefetch(sums[partner[k]], NSTRESS * sizeof(double));
+      half[k] = -0.5 * (damped ? block.force[k] - block.damping[k] : block.force[k]);
     }
+    range.for_each_row([&](int i, int first, int last) EVP_KERNEL {
+      double total[NSTRESS] = {};
+      for (int k = first - range.first; k < last - range.first; k++) {
+        const double x = block.relative(0, k), y = block.relative(1, k), z = block.relative(2, k);
+        const double hx = half[k] * x, hy = half[k] * y;
+        const double share[NSTRESS] = {hx * x, hy * y, half[k] * z * z, hx * y, hx * z, hy * z};
+        add<NSTRESS>(total, share);
+        if (partner[k] < nreact) add<NSTRESS>(sums[partner[k]], share);
+      }
+      add<NSTRESS>(sums[i], total);
+    });
   });
 }
 
@@ -150,9 +177,26 @@ void YieldCondition::update_effect()
 void YieldCondition::before_forces(const ParticleView &view)
 {
   if (!measures) return;
-  stresses.sums.assign(pairs.lists().nall, 0.0);
-  stresses.nreact = view.nreact;
-  stresses.damped = view.v != nullptr;
+  stresses.begin(pairs.lists().nall, view);
+}
+
+// Of atoms and ghosts: what belongs to their bonds of this MPI rank
+void YieldCondition::add_neighbors(const PairList &bonds, int nreact)
+{
+  constexpr int AHEAD = 8;    // of pairs whose values are brought nearer
+  call_vectorized([&, npairs = (int) bonds.size() - 1]() EVP_KERNEL {
+    for (const PackedRow &row : bonds.rows) {
+      double total[WIDTH] = {};
+      for (int n = row.first; n < row.last; n++) {
+        const int j = bonds.j[n];
+        prefetch(own[bonds.j[std::min(n + AHEAD, npairs)]], WIDTH * sizeof(double));
+        prefetch(around[bonds.j[std::min(n + AHEAD, npairs)]], WIDTH * sizeof(double));
+        add<WIDTH>(total, own[j]);
+        if (j < nreact) add<WIDTH>(around[j], own[row.i]);
+      }
+      add<WIDTH>(around[row.i], total);
+    }
+  });
 }
 
 // Collective. The stress of each sphere, and the mean over it and those that it is bonded to
@@ -161,10 +205,10 @@ void YieldCondition::after_forces(const ParticleView &view)
   if (!std::exchange(measures, false)) return;
   pairs.store().words.erase(YieldRecord::NAME);
   forces_of_pairs.clear();
-  enum { VOLUME = std::tuple_size<Tensor>::value, FACTOR, COUNT, WIDTH };
   const PairLists &lists = pairs.lists();
+  stresses.end(view);
   pairs.exchange().reverse_comm(stresses.sums);
-  AtomValues own(WIDTH, lists.nall), around(WIDTH, lists.nall, 0.0);
+  own.resize(lists.nall);
   for (int i = 0; i < lists.nlocal; i++) {
     const double volume = volume_of(i);
     for (int c = 0; c < VOLUME; c++) own[i][c] = volume > 0.0 ? stresses.sums[i][c] : 0.0;
@@ -173,15 +217,10 @@ void YieldCondition::after_forces(const ParticleView &view)
     own[i][COUNT] = 1.0;
   }
   pairs.exchange().forward_comm(own);
-  const auto add = [&](int to, int from) {
-    for (int c = 0; c < WIDTH; c++) around[to][c] += own[from][c];
-  };
-  for (int i = 0; i < lists.nlocal; i++) add(i, i);
-  for (const PackedRow &row : lists.bonds.rows)
-    for (int n = row.first; n < row.last; n++) {
-      add(row.i, lists.bonds.j[n]);
-      if (lists.bonds.j[n] < view.nreact) add(lists.bonds.j[n], row.i);
-    }
+  around.resize(lists.nall);
+  std::copy_n(own.data(), WIDTH * lists.nlocal, around.data());
+  std::fill(around[lists.nlocal], around.end(), 0.0);
+  add_neighbors(lists.bonds, view.nreact);
   pairs.exchange().reverse_comm(around);
 
   for (int i = 0; i < lists.nlocal; i++) {
@@ -190,9 +229,10 @@ void YieldCondition::after_forces(const ParticleView &view)
       continue;
     }
     Tensor stress, mean;
+    const double per_volume = 1.0 / own[i][VOLUME], per_all = 1.0 / around[i][VOLUME];
     for (int c = 0; c < VOLUME; c++) {
-      stress[c] = own[i][c] / own[i][VOLUME];
-      mean[c] = around[i][c] / around[i][VOLUME];
+      stress[c] = own[i][c] * per_volume;
+      mean[c] = around[i][c] * per_all;
     }
     records[i].stress = equivalent_along(stress, mean);
     records[i].stress_around = von_mises(mean);

@@ -6,6 +6,7 @@
 #include "core/yield/yield.h"
 #include "lammps/pairs/effect.h"
 
+#include <tuple>
 #include <vector>
 
 namespace EVP {
@@ -13,9 +14,12 @@ namespace EVP {
 /// Adds up the stresses of spheres from the forces of a loop: half of the virial of each pair, without damping.
 class StressSums final : public PairConsumer {
  public:
-  /// Of particles and ghosts, below nreact with the reactions: -1/2 sum of F/d r (x) r [energy], tension is positive; then the sum of
-  /// the forces.
+  /// Of particles and ghosts, below nreact with the reactions: -1/2 sum of F/d r (x) r [energy], tension is positive; then the force
+  /// of all their pairs, which is the change of f by the loop.
   AtomValues sums{(int) Tensor().size() + 3};
+
+  void begin(int nall, const ParticleView &);
+  void end(const ParticleView &);
   int nreact = 0;
   bool damped = false;    ///< do the blocks have forces of the damping?
 
@@ -54,8 +58,13 @@ class YieldCondition final : public Effect, protected Pointers {
   std::vector<double> strains;          // plastic, of own atoms before the update
   std::vector<double> flow_stresses;    // of own atoms at these; 0 without the condition
 
+  // of atoms and ghosts: sums of stress [energy], of volume and of factors, and how many they are; own ones, and with those around
+  enum { VOLUME = std::tuple_size<Tensor>::value, FACTOR, COUNT, WIDTH };
+  AtomValues own{WIDTH}, around{WIDTH};
+
   std::vector<Vector> forces_of_pairs;    // of own atoms, in a step with stresses
 
+  void add_neighbors(const PairList &bonds, int nreact);
   void note_other_force(int i, const Vector &force);
   const Row &row_of(int i) const;
   double volume_of(int i) const;
