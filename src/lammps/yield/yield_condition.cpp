@@ -71,9 +71,17 @@ void YieldCondition::rows_scaled(const Coefficients &coefficients)
   for (int type = 1; type < (int) rows.size(); type++) {
     rows[type] = coefficients.row(type, type);
     acts = acts || rows[type].yield > 0.0;
-    if (rows[type].yield > 0.0 && !coefficients.measured().empty())
-      demand_mass_of_solid(type, coefficients.measured().of(type, type).spacing);
   }
+  masses_checked = false;
+}
+
+void YieldCondition::pairs_packed(const NeighList *)
+{
+  const BondMeasures &measured = pairs.coefficients().measured();
+  for (int type = 1; type < (int) rows.size() && !masses_checked && !measured.empty(); type++)
+    if (rows[type].yield > 0.0 && pairs.alpha_of(type, type) > 0.0)    // not of another style
+      demand_mass_of_solid(type, measured.of(type, type).spacing);
+  masses_checked = true;
 }
 
 // Collective. Of random packings and lattices the solid takes 0.48 to 0.6 of the cube of their mean bond length per sphere; spheres

@@ -37,6 +37,7 @@ class YieldCondition final : public Effect, protected Pointers {
   bool uses(double Row::*member) const override { return member == &Row::yield; }
   std::string describe() const override;
 
+  void pairs_packed(const NeighList *) override;
   void begin_update() override;
   void update_effect() override;
   void multiply_hardening(std::vector<double> &shares) const override;
@@ -53,7 +54,7 @@ class YieldCondition final : public Effect, protected Pointers {
   PairData &pairs;
   SphereRecords<YieldRecord> records;
   std::vector<Row> rows;    // by atom type, from 1; of those without the condition yield is 0
-  bool acts = false, measures = false;
+  bool acts = false, measures = false, masses_checked = false;
   StressSums stresses;
   std::vector<double> strains;          // plastic, of own atoms before the update
   std::vector<double> flow_stresses;    // of own atoms at these; 0 without the condition
