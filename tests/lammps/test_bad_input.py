@@ -357,7 +357,7 @@ OF_DECKS = {
                     ("integrator", "implizit", WAYS)],
     "in.cyclic": [("cycles", 1.5, "must be an integer >= 1"), ("lower", "releas", "must be release or a number != 0.02 and > -1"), ("rate", "0.0", ABOVE + "!= 0")],
     "in.quasistatic": [("resume", "Yes", "must be yes or no"), ("strain", 0, ABOVE + "!= 0 and > -1"), ("cycles", -1, "must be an integer >= 0"),
-                       ("lower", "Release", "must be release"), ("lower", 0.02, "must be release or a number != 0.02")],
+                       ("lower", "Release", "must be release"), ("lower", 0.02, "must be release or a number != 0.02"), ("pace", 0, ABOVE + "> 0")],
     "in.torsion": [("angle", 0, ABOVE + "!= 0")], "in.bending": [("increment", 0, ABOVE + "> 0")],
     "in.indent": [("depth", -0.001, ABOVE + "> 0"), ("tool", "bal", "must be ball or flat")], "in.upset": [("strain", -0.3, ABOVE + "> 0 and < 1")],
     "in.extrude": [("ratio", 0.9, ABOVE + "> 1"), ("angle", 95, ABOVE + "> 0 and < 90")], "in.vbend": [("span", 1.2, ABOVE + "> 0 and < 1")],
