@@ -1,179 +1,289 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""What a metal of spheres does beside its flow curve and closed forms: tension, compression, upsetting, V-bending, extrusion, shear, release, volume, imprints, the Taylor bar.
+"""What parts of a metal of spheres do beside finite elements with the same flow curve: upsetting, imprints, gripped cylinders, torsion, V-bending, a notched bar.
 
-Rows of potentials/metals.evp; bodies are others than those they were found on. About 15 minutes on one core.
+Rows of potentials/metals.evp; finite elements of doc/studies/fe; bodies are others than those the rows were found on. About an hour on one core.
 """
 
+import math
 import re
+from dataclasses import dataclass
+from typing import Callable
 
-from study import CHECKOUT, Study
+from study import CHECKOUT, STUDIES, Study
 import numpy as np
-from evp import calibration, curves, dump, specimen
+from evp import dump, figures, specimen
 from evp.calibration import MISES
-from metals import METALS, shear_yield, targets_of
+from metals import METALS, targets_of
 
 POTENTIALS = CHECKOUT / "potentials" / "metals.evp"
+REGIONS = CHECKOUT / "lammps_inputs" / "regions"
 STEEL, ALUMINIUM = "steel_304", "aluminium_2024T351"
 COPPER = f"{POTENTIALS}:copper_taylor"
 LENGTH, FOOT = 0.0214, 0.0071  # [m] of the Taylor bar of 32.4 x 6.4 mm at 227 m/s, foot radius; the usual benchmark
-BALL, DEPTH, PLASTIC = 0.015, 0.1, 0.08  # radius [m], depth over it; plastic strain of the flow stress beside the hardness (Tabor)
-BRACKET = """region whole block 0 0.06 -0.018 0.018 -0.008 0.008
-region rest block 0.01 INF -0.008 INF INF INF side out
-region body intersect 2 whole rest
-"""  # legs of 60 and 36 mm, 10 mm thick, 16 mm wide
-STRAINS, ENDS, FAR = (0.02, 0.05, 0.1), (0.03, 0.1, 0.2, -0.1, -0.4), {"tension": 0.2, "compression": -0.4}
-FRICTION, PRESSED = 0.1, 0.5  # of the upset cylinder
-SPAN = 0.8  # of V-bending, over the length, as in.vbend has it
-SHEARED, SMOOTH = 4.0, 20  # shear strain with contact join; rows over which its stress is averaged
-LIMITS, FIRST, RIGID = (5.0, 10.0, 15.0), 0.02, 0.05  # [%]; strain from which they are asked for, in V-bending and shear, whose closed forms are rigid-plastic
+SEEDS = (11, 12)  # of bodies
+LIMITS = (5.0, 8.0)  # [%]
+BAR, FREE = 0.0125, 0.04  # radius and free length [m] of gripped cylinders
+INNER = 2.0  # spheres are inner ones that are farther from the surface, in mean diameters
 
 
-def pulled(study, name, body, row, strain, increment=0.002, **more):
-    """The Curve of in.quasistatic, over the strain of the middle; that of the grips goes there and back."""
-    study.runs.run("in.quasistatic", name, specimen=body, material=row, strain=strain, increment=increment, **more)
-    return curves.read_curve(study.runs.folder / f"{name}.csv", strain="strain_gauge")
+@dataclass(frozen=True)
+class Part:
+    """An operation on a metal: how it is measured, what it is compared with, and where (in the unit of the first column of the reference).
+
+    measure(study, part, seed) gives the travel and the load, both in the units of the reference."""
+
+    operation: str
+    metal: str
+    reference: str  # a CSV of doc/studies/fe; empty: closed form
+    unit: str  # of the travel, with its name
+    columns: tuple
+    points: tuple
+    measure: Callable
+    sizes: tuple = (2000,)  # numbers of spheres
+    friction: float = 0.0
+    size: tuple = ()  # of the body [m]
+
+    @property
+    def row(self):
+        return f"{POTENTIALS}:{self.metal}"
+
+    def curve(self):
+        """(travel, load) of the reference, on its way there."""
+        if not self.reference:
+            angles = np.linspace(0.0, max(self.points), 200)
+            return angles, np.array([torque(targets_of(METALS[self.metal]), angle) for angle in angles])
+        lines = [line for line in (STUDIES / "fe" / self.reference).read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
+        read = np.genfromtxt(lines, delimiter=",", names=True)
+        travel, load = (np.abs(read[column]) for column in self.columns)
+        there = int(np.argmax(travel)) + 1
+        return np.append(0.0, travel[:there]), np.append(0.0, load[:there])
 
 
-def true_stress(curve, strain):
-    """[Pa] at a true strain, on the way there; flow keeps the volume."""
-    way, stress, _ = curves.first_way(curve.strain, curve.virial)
-    return np.interp(abs(np.expm1(strain)), way, stress) * np.exp(strain)
+def torque(targets, angle):
+    """[N m] of a round bar of FREE by BAR twisted by an angle: the flow curve by von Mises at each radius, elastic part included."""
+    r = (np.arange(500) + 0.5) / 500 * BAR
+    shear_modulus = targets.modulus / (2.0 * (1.0 + targets.nu))
+    stress = np.geomspace(1.0, 3e9, 3000)  # shear stress, and the strain at which it is reached
+    plastic = np.append(np.geomspace(1e-7, 20.0, 4000), 100.0)
+    flow = targets.curve.at(plastic) / MISES
+    strain = stress / shear_modulus + MISES * np.interp(stress, flow, plastic, left=0.0)
+    return 2.0 * math.pi * np.sum(np.interp(angle * r / FREE, strain, stress) * r**2) * BAR / 500
 
 
-def verdict(operation, beside, strain, off):
-    """Row of an operation: the strains up to which it is within each of LIMITS, of its differences [%] at strains."""
-    strain, off = (np.atleast_1d(values)[np.atleast_1d(strain) >= FIRST] for values in (strain, off))
-    beyond = [np.flatnonzero(np.abs(off) > limit) for limit in LIMITS]
-    ends = [strain[-1] if not len(at) else strain[at[0] - 1] if at[0] else None for at in beyond]
-    worst = int(np.argmax(np.abs(off)))
-    return (operation, beside, *("-" if end is None else f"{end:.2f}" for end in ends), f"{strain[-1]:.2f}", f"{off[worst]:+.1f} at {strain[worst]:.2f}")
+def body_of(study, part, seed, spheres, **choices):
+    """The data file of a body, and the name of its runs."""
+    name = "_".join([*re.findall(r"[a-z]+", part.operation.lower())[:2], *(f"{1e3 * length:g}" for length in part.size), str(spheres), str(seed)])
+    return study.runs.body(name, n=spheres, seed=seed, density=targets_of(METALS[part.metal]).density, **choices), f"{name}_{part.metal}_{part.friction:g}"
 
 
-def along(curve, targets):
-    """(true strains, differences from the flow curve [%]) of a Curve on its first way."""
-    way, stress, sign = curves.first_way(curve.strain, curve.virial)
-    strain, true = np.abs(np.log1p(sign * way))[1:], (stress * (1.0 + sign * way))[1:]
-    return strain, 100.0 * (true / targets.curve.true_stress(strain, targets.modulus) - 1.0)
+def upset(study, part, seed, spheres):
+    length, radius = part.size
+    body, name = body_of(study, part, seed, spheres, length=length, radius=radius)
+    study.runs.run("in.upset", name, study.ranks, specimen=body, material=part.row, contact="join", friction=part.friction, strain=0.5)
+    read = study.runs.curve(name, "strain", "force_lower", "force_upper", "width_middle")
+    study.barrel[part, spheres, seed] = read["strain"], 500.0 * read["width_middle"]
+    study.volume[part, spheres, seed] = inner_volume(study, body, name)
+    return read["strain"], 0.5 * (read["force_lower"] + read["force_upper"])
 
 
-def sheared(study, row, targets):
-    """Rows of simple shear of a periodic body in its elastic part; strains and differences of its stress, with contact join, from that of the flow curve by von Mises [%]."""
-    body = study.runs.body("periodic", n=1000, shape="periodic", length=0.03)
-    study.runs.run("in.shear", "sheared", specimen=body, material=row, strain=0.01, row=0.0002, rate=20)
-    study.runs.run("in.shear", "sheared_far", specimen=body, material=row, strain=SHEARED, row=0.005, rate=200, contact="join", dtfraction=0.7)
-    curve, far = (curves.read_curve(study.runs.folder / f"{name}.csv") for name in ("sheared", "sheared_far"))
-    modulus = curves.modulus(curve.strain, curve.virial)
-    strain, stress = (np.convolve(values[far.strain > RIGID], np.full(SMOOTH, 1.0 / SMOOTH), "valid") for values in (far.strain, far.virial))
-    return [("shear modulus [GPa]", f"{modulus / 1e9:.1f}", f"{targets.modulus / 2e9 / (1.0 + targets.nu):.1f}", "E/(2 (1 + nu))"),
-            ("0.2 % yield stress over that of the flow curve in tension", f"{shear_yield(curve) / targets.curve.offset_yield(targets.modulus):.3f}", f"{1.0 / MISES:.3f}", "von Mises")], \
-        strain, 100.0 * (stress * MISES / targets.curve.true_stress(strain / MISES, targets.modulus) - 1.0)
+def imprint(study, part, seed, spheres):
+    body, name = body_of(study, part, seed, spheres, shape="block", length=0.02, width=0.05, height=0.05)
+    text = study.runs.run("in.indent", name, study.ranks, specimen=body, material=part.row, plasticity="isotropic", contact="join", tool_radius=0.015, depth=0.0015)
+    study.recovery[part, spheres, seed] = 100.0 - float(re.search(r"released: an imprint of .*, (\S+) % of the depth", text)[1])
+    study.rim[part, spheres, seed] = rim(study, body, name)
+    read = study.runs.curve(name, "depth", "force")
+    there = int(np.argmax(read["depth"])) + 1
+    return 1e3 * read["depth"][:there], read["force"][:there]
 
 
-def upset(study, row, targets, contact):
-    """Strains, and differences [%] of the force on an upset cylinder from the slab method: flow stress times the area times 1 + mu d/(3 h)."""
-    length, radius = 0.03, 0.01
-    body = study.runs.body("billet", n=study.spheres, length=length, radius=radius, density=targets.density)
-    name = f"upset_{contact}"
-    study.runs.run("in.upset", name, specimen=body, material=row, friction=FRICTION, strain=PRESSED, speed=5, contact=contact)
-    read = study.runs.curve(name, "strain", "force_upper")
-    kept = read["strain"] > FIRST
-    height, force = 1.0 - read["strain"][kept], read["force_upper"][kept]
-    wide = 2.0 * radius / np.sqrt(height)
-    slab = targets.curve.true_stress(-np.log(height), targets.modulus) * np.pi * wide**2 / 4.0 * (1.0 + FRICTION * wide / (3.0 * length * height))
-    return -np.log(height), 100.0 * (force / slab - 1.0)
+def grip(study, part, seed, spheres):
+    body, name = body_of(study, part, seed, spheres, length=0.05, radius=BAR)
+    way = -1.0 if "compression" in part.operation else 1.0
+    study.runs.run("in.quasistatic", f"{name}_{way:+g}", study.ranks, specimen=body, material=part.row, plasticity="isotropic", contact="join", strain=way * part.points[-1], increment=0.01)
+    read = study.runs.curve(f"{name}_{way:+g}", "strain", "stress_grip")
+    return np.abs(read["strain"]), np.abs(read["stress_grip"]) * math.pi * BAR**2
 
 
-def vbend(study, row, targets):
-    """[degrees] bent and sprung back; strains of the outer fibre, angle/2, and differences [%] of the force of V-bending from that of a plastic hinge as long as the sheet is thick."""
-    length = 0.06
-    body = study.runs.body("sheet", n=study.spheres, shape="block", length=length, width=0.02, height=0.008)
-    text = study.runs.run("in.vbend", "vbend", specimen=body, material=row, travel=0.008)
-    bent, left, hinge = map(float, re.search(r"bent by (\S+) degrees, released (\S+) are left; a plastic hinge takes (\S+) N", text).groups())
-    read, fibre = study.runs.curve("vbend", "travel", "force_punch"), np.linspace(0.005, 0.995, 100)  # distance from the middle, over its largest
-    strain = np.arctan(read["travel"] / (0.5 * SPAN * length))
-    strain, force = (values[strain > RIGID] for values in (strain, read["force_punch"]))
-    mean = np.array([2.0 * np.mean(fibre * targets.curve.at(most * fibre)) for most in strain])
-    return bent, bent - left, strain, 100.0 * (1e6 * force / hinge / mean - 1.0)
+def notched(study, part, seed, spheres):
+    body, name = body_of(study, part, seed, spheres, shape="region", region=REGIONS / "notched.lmp", length=0.05, width=0.022, height=0.012)
+    study.runs.run("in.quasistatic", f"{name}_pulled", study.ranks, specimen=body, material=part.row, plasticity="isotropic", contact="join", strain=part.points[-1], increment=0.001)
+    read = study.runs.curve(f"{name}_pulled", "strain", "stress_grip")
+    return read["strain"], read["stress_grip"] * specimen.read_body(study.runs.folder / body)["area"]
 
 
-def extrude(study, row, targets):
-    """ln ratio, and difference [%] of the ram's pressure, with contact join and without friction, from Johnson's mean flow stress times 0.8 + 1.2 ln ratio."""
-    body = study.runs.body("rod", n=study.spheres, length=0.03, radius=0.01, density=targets.density)
-    text = study.runs.run("in.extrude", "extrude", specimen=body, material=row, speed=10, friction=0, contact="join")
-    pressure, ideal = map(float, re.search(r"ram pressure (\S+) MPa .*, ln ratio is (\S+)", text).groups())
-    mean = np.mean(targets.curve.at(np.linspace(0.0, ideal, 1000)))
-    return ideal, 100.0 * (1e6 * pressure / mean / (0.8 + 1.2 * ideal) - 1.0)
+def twist(study, part, seed, spheres):
+    body, name = body_of(study, part, seed, spheres, length=0.05, radius=BAR)
+    study.runs.run("in.torsion", f"{name}_twisted", study.ranks, specimen=body, material=part.row, plasticity="isotropic", contact="join", angle=part.points[-1], increment=0.02)
+    read = study.runs.curve(f"{name}_twisted", "angle", "torque_grip")
+    return read["angle"], read["torque_grip"]
 
 
-def imprint(study, name, metal, row, spheres, tension):
-    """Cells of an indentation: flow stress (true, at the plastic strain beside the hardness), contact radius in diameters, hardness over flow stress, recovery over that of Hertz."""
-    flow_stress = true_stress(tension, PLASTIC + true_stress(tension, PLASTIC) / metal.modulus)
-    body = study.runs.body(f"plate_{spheres}", n=spheres, shape="block", length=0.02, width=0.05, height=0.05)
-    text = study.runs.run("in.indent", f"{name}_{spheres}", specimen=body, material=row, tool_radius=BALL, depth=DEPTH * BALL)
-    force, radius, diameters, hardness, left = map(float, re.search(
-        r"a force of (\S+) N, a contact radius of (\S+) m = (\S+) diameters of a sphere, a hardness of (\S+) MPa; released: .*, (\S+) % of the depth", text).groups())
-    hertz = 0.75 * force * (1.0 - metal.nu**2) / (metal.modulus * radius) / (DEPTH * BALL)
-    return [name, spheres, f"{diameters:.2f}", f"{flow_stress / 1e6:.0f}", f"{hardness:.0f}", f"{1e6 * hardness / flow_stress:.2f}",
-            f"{left:.1f}", f"{100.0 - left:.1f}", f"{(1.0 - 0.01 * left) / hertz:.2f}"]
+def bend(study, part, seed, spheres):
+    body, name = body_of(study, part, seed, spheres, shape="block", length=0.06, width=0.02, height=0.008)
+    text = study.runs.run("in.vbend", name, study.ranks, specimen=body, material=part.row, contact="join", travel=0.008)
+    bent, left = map(float, re.search(r"bent by (\S+) degrees, released (\S+) are left", text).groups())
+    study.bent[part, spheres, seed] = bent, bent - left
+    read = study.runs.curve(name, "travel", "force_punch")
+    return 1e3 * read["travel"], read["force_punch"]
+
+
+def inner_volume(study, body, name):
+    """Change [%] of the volume of the inner spheres' Voronoi cells, by a load and its release."""
+    from scipy.spatial import ConvexHull, Voronoi
+
+    def volumes(x):
+        cells = Voronoi(x)
+        return np.array([np.nan if -1 in (region := cells.regions[k]) or not region else ConvexHull(cells.vertices[region]).volume for k in cells.point_region])
+
+    start = specimen.read_data(study.runs.folder / body)
+    x = np.asarray(start.x)
+    size = 2.0 * np.mean(start.radius)
+    low, high = x[:, 0].min() + INNER * size, x[:, 0].max() - INNER * size
+    r = np.hypot(x[:, 1], x[:, 2])
+    inner = (x[:, 0] > low) & (x[:, 0] < high) & (r < r.max() - INNER * size)
+    before, after = (volumes(place)[inner] for place in (x, dump.last_positions(study.runs.folder / f"{name}_state.dump")))
+    kept = np.isfinite(before) & np.isfinite(after)
+    return 100.0 * (after[kept].sum() / before[kept].sum() - 1.0)
+
+
+def rim(study, body, name):
+    """Height [mm] of the rim of an imprint: the highest mean of the surface, in rings as wide as a sphere, over where it was."""
+    start = specimen.read_data(study.runs.folder / body)
+    x, size = np.asarray(start.x), 2.0 * np.mean(start.radius)
+    top = x[:, 0] > x[:, 0].max() - 0.5 * size
+    risen, r = dump.last_positions(study.runs.folder / f"{name}_state.dump")[top, 0] - x[top, 0], np.hypot(x[top, 1], x[top, 2])
+    far = risen[(r > 0.018) & (r < 0.024)].mean()
+    rings = [risen[(r >= a) & (r < a + size)] for a in np.arange(0.004, 0.014, size / 2)]
+    return 1e3 * (max(ring.mean() for ring in rings if len(ring)) - far)
+
+
+def off_at(part, travel, load, reference):
+    """Differences [%] from the reference, of means over a twentieth of the last point around each of the points."""
+    half, found = part.points[-1] / 40.0, []
+    for point in part.points:
+        near = np.abs(travel - point) <= half if (np.abs(travel - point) <= half).any() else np.abs(travel - point) == np.abs(travel - point).min()
+        found.append(100.0 * (load[near].mean() / np.interp(travel[near], *reference).mean() - 1.0))
+    return np.array(found)
+
+
+def range_within(points, off, limit):
+    """The longest run of points within a limit, as text."""
+    best, begun = (0, 0), None
+    for k, good in enumerate([*(np.abs(off) <= limit), False]):
+        begun = k if good and begun is None else begun
+        if not good and begun is not None:
+            best, begun = max(best, (k - begun, begun)), None
+    count, first = best
+    return "-" if count == 0 else f"{points[first]:g} to {points[first + count - 1]:g}"
+
+
+def parts_of(study):
+    upsets = dict(unit="reduction of the height", columns=("reduction", "force"), points=(0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.49), measure=upset, size=(0.03, 0.01))
+    imprints = dict(unit="depth [mm]", columns=("depth", "force"), points=(0.3, 0.6, 0.9, 1.2, 1.47), measure=imprint, sizes=tuple(study.plates))
+    grips = dict(unit="strain of the grips", columns=("strain", "force"), measure=grip)
+    return [
+        Part("upsetting, friction 0.1", STEEL, "upset_steel_304_mu0.1.csv", sizes=tuple(study.spheres), friction=0.1, **upsets),
+        Part("upsetting, friction 0.3", STEEL, "upset_steel_304_mu0.3.csv", friction=0.3, **upsets),
+        Part("upsetting, friction 0.1", ALUMINIUM, "upset_aluminium_2024T351_mu0.1.csv", friction=0.1, **upsets),
+        Part("upsetting, squat, friction 0.1", STEEL, "upset_steel_304_squat_mu0.1.csv", friction=0.1, **{**upsets, "size": (0.015, 0.01), "points": upsets["points"][:-1]}),
+        Part("imprint of a ball", STEEL, "imprint_steel_304.csv", **imprints),
+        Part("imprint of a ball", ALUMINIUM, "imprint_aluminium_2024T351.csv", **imprints),
+        Part("tension, gripped", STEEL, "tension_steel_304.csv", points=(0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5), **grips),
+        Part("compression, gripped", STEEL, "compression_steel_304.csv", points=(0.02, 0.05, 0.1, 0.2, 0.3, 0.35, 0.4), **grips),
+        Part("torsion, gripped", STEEL, "", "angle [rad]", (), (0.02, 0.05, 0.1, 0.2, 0.4), twist, sizes=tuple(study.spheres)),
+        Part("V-bending", STEEL, "vbend_steel_304.csv", "travel [mm]", ("travel", "force"), (1.0, 2.0, 3.0, 4.0, 6.0, 7.8), bend, sizes=tuple(study.spheres)),
+        Part("notched bar", STEEL, "notched_steel_304.csv", "strain of the grips", ("strain", "force"), (0.005, 0.01, 0.02, 0.03, 0.05), notched, sizes=tuple(study.plates)),
+    ]
 
 
 def taylor(study, spheres, contact):
     """Cells of the bar."""
     body = study.runs.body(f"bar_{spheres}", n=spheres, length=0.0324, radius=0.0032, density=8930)
-    text = study.runs.run("in.taylor", f"taylor_{contact}_{spheres}", specimen=body, material=COPPER, contact=contact, speed=227)
+    text = study.runs.run("in.taylor", f"taylor_{contact}_{spheres}", study.ranks, specimen=body, material=COPPER, contact=contact, speed=227)
     outer, length, foot = map(float, re.search(r"outermost sphere of the foot (\S+) m.*\nfinal length (\S+) m, foot radius (\S+) m", text).groups())
     return [contact, spheres, f"{1e3 * length:.2f}", f"{100 * (length / LENGTH - 1):+.1f}", f"{1e3 * foot:.2f}", f"{100 * (foot / FOOT - 1):+.1f}", f"{1e3 * outer:.2f}"]
 
 
+def draw(study, drawn):
+    """Load over travel of both codes, a panel for each part in drawn: {title: (part, reference, {label: (travel, load)})}."""
+    rows = []
+    with figures.plt.rc_context(figures.LOOK):
+        figure, axes = figures.plt.subplots(1, len(drawn), figsize=(13.0, 4.2))
+        for axis, (title, (part, reference, found)) in zip(axes, drawn.items()):
+            kept = reference[0] <= 1.02 * part.points[-1]
+            axis.plot(reference[0][kept], reference[1][kept] / 1e3, color="black", linewidth=1.4, label="finite elements")
+            rows += [(title, "finite elements", f"{a:.6g}", f"{b:.6g}") for a, b in zip(*reference)]
+            for k, (label, (travel, load)) in enumerate(found.items(), start=1):
+                axis.plot(travel, load / 1e3, label=label, **figures.line_style(k))
+                rows += [(title, label, f"{a:.6g}", f"{b:.6g}") for a, b in zip(travel, load)]
+            axis.set(title=title, xlim=(0, None), ylim=(0, None), xlabel=part.unit)
+            axis.legend()
+        axes[0].set_ylabel("force [kN]")
+        figure.tight_layout()
+        study.save(figure, ("part", "curve", "travel", "force_N"), rows)
+
+
+def mean_and_scatter(values, form):
+    values = list(values)
+    return f"{np.mean(values):{form}}" + (f" ({min(values):{form}}, {max(values):{form}})" if len(values) > 1 else "")
+
+
 def main(words=None):
-    with Study(__doc__, "what_to_believe", spheres=2000, plates=[4000], bars=[2000, 8000]).started(words) as study:
-        row, alloy, body = f"{POTENTIALS}:{STEEL}", f"{POTENTIALS}:{ALUMINIUM}", study.runs.body("other", n=study.spheres, seed=2, length=calibration.LENGTH, radius=calibration.RADIUS)
-        steel, aluminium = targets_of(METALS[STEEL]), targets_of(METALS[ALUMINIUM])
-        ends = {strain: pulled(study, f"to_{strain}", body, row, strain, 0.004) for strain in ENDS}
-        far = {name: ends[strain] for name, strain in FAR.items()}
-        elastic, *shear = sheared(study, row, steel)
-        bent, sprang, *bending = vbend(study, row, steel)
-        verdicts = [*(verdict(name, "flow curve, true stress", *along(curve, steel)) for name, curve in far.items()),
-                    *(verdict(f"upsetting, contact {contact}", f"slab method, friction {FRICTION}", *upset(study, row, steel, contact)) for contact in ("repulsive", "join")),
-                    verdict("V-bending", "plastic hinge as long as the sheet is thick", *bending),
-                    verdict("extrusion", "mean flow stress (0.8 + 1.2 ln ratio), Johnson", *extrude(study, row, steel)),
-                    verdict("shear", "flow curve, von Mises", *shear)]
-        tension, compression = (pulled(study, name, body, row, sign * STRAINS[-1], cycles=1, lower="release") for name, sign in (("tension", 1), ("compression", -1)))
-        cube = study.runs.body("cube", n=study.spheres, shape="block", length=0.02, width=0.02, height=0.02)
-        pressed = pulled(study, "cube_pressed", cube, row, -0.2, 0.004, cycles=1, lower="release")
-        (study.runs.folder / "bracket.region").write_text(BRACKET, encoding="utf-8")
-        bracket = study.runs.body("bracket", n=study.spheres, shape="region", region="bracket.region", length=0.06, width=0.038, height=0.018)
-        pulled_bracket = pulled(study, "bracket_pulled", bracket, row, 0.03, 0.001, cycles=1, lower="release")
-        alike = [(f"{100 * e:g} %", *(f"{true_stress(curve, s) / 1e6:.0f}" for curve, s in ((tension, e), (compression, -e))),
-                  f"{steel.curve.true_stress(e, steel.modulus)[0] / 1e6:.0f}", f"{true_stress(compression, -e) / true_stress(tension, e):.3f}") for e in STRAINS]
-        volumes = []
-        for strain in ENDS:
-            places = dump.last_positions(study.runs.folder / f"to_{strain}_state.dump")
-            axial, lateral = specimen.middle_strains(specimen.read_data(study.runs.folder / body), places, calibration.LENGTH)
-            volumes.append((f"{100 * strain:+g} %", f"{100 * ((1.0 + axial) * (1.0 + lateral) ** 2 - 1.0):+.2f}"))  # of the middle
-        turned = {"tension to 10 %": tension, "compression to 10 %": compression, "cube pressed by 20 %": pressed, "L-bracket pulled along its long leg": pulled_bracket}
-        left = {name: curves.cycle_numbers(curve) for name, curve in turned.items()}
-        released = [(name, f"{100 * one['turn_strain']:.2f}", f"{one['turn_MPa']:.0f}", f"{100 * one['residual_strain']:.3f}",
-                     f"{100 * one['turn_MPa'] * 1e6 * (1.0 + one['turn_strain']) / steel.modulus:.3f}",
-                     f"{100 * (np.log1p(one['turn_strain']) - np.log1p(one['residual_strain'])):.3f}") for name, one in left.items()]
+    with Study(__doc__, "what_to_believe", spheres=[2000, 8000], plates=[4000], bars=[2000], ranks=1).started(words) as study:
+        study.barrel, study.volume, study.recovery, study.rim, study.bent = {}, {}, {}, {}, {}
+        verdicts, tables, drawn = [], {}, {}
+        jobs = [(part, spheres) for part in parts_of(study) for spheres in part.sizes]
+        for part, spheres in study.each(jobs, lambda job: f"{job[0].operation}, {job[0].metal}, {job[1]} spheres", lambda job: job[1] ** 1.3):
+            reference = part.curve()
+            runs = [part.measure(study, part, seed, spheres) for seed in SEEDS]
+            each = np.array([off_at(part, *run, reference) for run in runs])
+            off = each.mean(axis=0)
+            worst = int(np.argmax(np.abs(off)))
+            title = METALS[part.metal].title
+            verdicts.append((part.operation, title, spheres, f"{part.points[0]:g} to {part.points[-1]:g}, {part.unit}", *(range_within(part.points, off, limit) for limit in LIMITS),
+                             f"{off[worst]:+.1f} at {part.points[worst]:g}", f"{np.abs(each - off).max():.1f}"))
+            tables.setdefault((part.unit, part.points), []).append((part.operation, title, spheres, *(f"{value:+.1f}" for value in off)))
+            if part.operation in ("upsetting, friction 0.1", "imprint of a ball", "V-bending") and part.metal == STEEL:
+                drawn.setdefault(part.operation, (part, reference, {}))[2][f"{spheres} spheres"] = runs[0]
+        draw(study, drawn)
+        details = "\n\n".join("\n".join(["| operation | metal | spheres | " + " | ".join(f"{point:g}" for point in points) + f" ({unit}) |", "|---" * (3 + len(points)) + "|",
+                                         *("| " + " | ".join(map(str, row)) + " |" for row in rows)]) for (unit, points), rows in tables.items())
+        shapes = []
+        for part, spheres in jobs:
+            chosen = {name: [found[part, spheres, seed] for seed in SEEDS] for name in ("barrel", "volume", "rim", "recovery", "bent") for found in [getattr(study, name)] if (part, spheres, SEEDS[0]) in found}
+            what = (part.operation, METALS[part.metal].title, spheres)
+            fe = read_reference(part) if part.reference else {}
+            for reduction in (0.4, 0.49) if "barrel" in chosen and part.points[-1] > 0.4 else ():
+                radius = [np.interp(reduction, *pair) for pair in chosen["barrel"]]
+                shapes.append((*what, f"radius of the middle at {reduction:g} [mm]", mean_and_scatter(radius, ".2f"), f"{np.interp(reduction, fe['reduction'], fe['radius_middle']):.2f}"))
+            if "volume" in chosen:
+                shapes.append((*what, "volume of inner spheres, released [%]", mean_and_scatter(chosen["volume"], "+.2f"), "0"))
+            if "rim" in chosen:
+                shapes.append((*what, "rim, released [mm]", mean_and_scatter(chosen["rim"], "+.3f"), f"{fe['pile_up'][-1]:+.3f}"))
+                shapes.append((*what, "recovery of the depth [%]", mean_and_scatter(chosen["recovery"], ".1f"), f"{recovery_of(fe):.1f}"))
+            if "bent" in chosen:
+                angles = fe["angle"]
+                shapes.append((*what, "springs back [degrees]", mean_and_scatter([back for _, back in chosen["bent"]], ".2f"), f"{angles.max() - angles[-1]:.2f}"))
         bars = [taylor(study, spheres, contact) for spheres in study.each(study.bars, lambda n: f"bar of {n}", lambda n: n**1.3) for contact in ("repulsive", "join")]
-        indented = [("304", steel, row, tension), ("2024-T351", aluminium, alloy, pulled(study, "alloy", body, alloy, STRAINS[-1]))]
-        imprints = [imprint(study, name, metal, own, spheres, curve) for spheres in
-                    study.each(study.plates, lambda n: f"plates of {n}", lambda n: n**1.3) for name, metal, own, curve in indented]
-        sizes = np.linspace(0.0, 0.5, 100)
-        study.draw({"flow curve": (100.0 * sizes, steel.curve.true_stress(sizes, steel.modulus) / 1e6),
-                    **{name: (100.0 * np.abs(np.log1p(curve.strain)), np.abs(curve.virial) * (1.0 + curve.strain) / 1e6) for name, curve in far.items()}},
-                   ("curve", "strain_percent", "stress_MPa"), xlabel="true strain [%]", ylabel="true stress [MPa]", ylim=(0, None))
-        study.write(spheres=study.spheres, shear=(("", "measured", "of a metal", ""), elastic), sheared=f"{SHEARED:g}", first=f"{FIRST:g}", rigid=f"{RIGID:g}",
-                    bent=f"{bent:.1f}", sprang=f"{sprang:.2f}",
-                    verdicts=(("operation", "compared with", *(f"within {limit:g} % up to" for limit in LIMITS), "measured up to", "largest difference [%]"), verdicts),
-                    alike=(("true strain", "tension [MPa]", "compression [MPa]", "flow curve [MPa]", "compression over tension"), alike),
-                    released=(("load", "strain [%]", "stress [MPa]", "strain left [%]", "true stress/E [%]", "sprang back, true strain [%]"), released),
-                    volumes=(("strain", "volume [%]"), volumes),
-                    imprints=(("metal", "N", "contact radius [diameters]", "flow stress [MPa]", "hardness [MPa]", "over the flow stress",
-                              "imprint [% of the depth]", "recovery [%]", "over Hertz"), imprints),
+        study.write(details=details, limits=" and ".join(f"{limit:g}" for limit in LIMITS), seeds=str(len(SEEDS)),
+                    verdicts=(("operation", "metal", "spheres", "from, to", *(f"within {limit:g} %" for limit in LIMITS), "largest difference [%]", "bodies differ by +-"), verdicts),
+                    shapes=(("operation", "metal", "spheres", "", "spheres: mean (bodies)", "finite elements"), shapes),
                     bars=(("contact", "N", "length [mm]", "off [%]", "foot radius [mm]", "off [%]", "outermost sphere [mm]"), bars))
+
+
+def read_reference(part):
+    """The columns of the CSV of a part."""
+    lines = [line for line in (STUDIES / "fe" / part.reference).read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
+    return np.genfromtxt(lines, delimiter=",", names=True)
+
+
+def recovery_of(fe):
+    """[%] of the depth that springs back: where the force of the way back ends."""
+    turn = int(np.argmax(fe["depth"]))
+    free = np.flatnonzero(fe["force"][turn:] <= 0.001 * fe["force"][turn])
+    left = fe["depth"][turn + free[0]] if len(free) else fe["depth"][-1]
+    return 100.0 * (1.0 - left / fe["depth"][turn])
 
 
 if __name__ == "__main__":

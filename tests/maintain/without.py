@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Takes an effect out of a copy of the sources, and runs the tests that do not name it.
 
-    tests/maintain/without.py volume|heat|damping|energy [TEST ...]
+    tests/maintain/without.py volume|heat|damping|energy|yield [TEST ...]
 
-The folders src/core/NAME and src/lammps/NAME are deleted, and the lines of src/lammps/evpplugin.cpp that name what was in them. The rest must compile,
+The folders src/core/NAME and src/lammps/NAME are deleted, and the lines of src/lammps/evpplugin.cpp and effects.cpp that name what was in them. The rest must compile,
 and pass the tests (default: tests/lammps). A test is left out if it fails and a script that it ran, or its message, has a word of the effect; those
 are printed. Objects of build/ that depend on no deleted file are taken as they are, where ninja tells what they depend on.
 Exit status: 1 where it does not compile, or a test fails that does not name the effect.
@@ -24,8 +24,9 @@ import tools_path  # noqa: F401  before evp
 from study import CHECKOUT, RunError, command_line, errors_in_one_line, output_of
 from faults import Build
 
-WORDS = {"volume": ("evp/volume", "volume_strain", "rho0", "torn"), "heat": ("evp/heat",), "damping": ("nve/evp",), "energy": ("evp/energy",)}
-LIST = "src/lammps/evpplugin.cpp"
+WORDS = {"volume": ("evp/volume", "volume_strain", "rho0", "torn"), "heat": ("evp/heat",), "damping": ("nve/evp",), "energy": ("evp/energy",),
+         "yield": ("yield",)}
+LISTS = ("src/lammps/evpplugin.cpp", "src/lammps/effects.cpp")
 
 
 def deleted_files(name):
@@ -33,13 +34,13 @@ def deleted_files(name):
     return [path for folder in folders if folder.is_dir() for path in sorted(folder.iterdir())]
 
 
-def list_without(name):
-    """The text of evpplugin.cpp without the lines that name what is in the folders of an effect."""
+def list_without(path, name):
+    """The text of one of LISTS without the lines that name what is in the folders of an effect."""
     headers = [path for path in deleted_files(name) if path.suffix == ".h"]
     classes = {word for path in headers for word in re.findall(r"^(?:class|struct) (\w+)", path.read_text(encoding="utf-8"), re.M)}
-    text = (CHECKOUT / LIST).read_text(encoding="utf-8")
+    text = (CHECKOUT / path).read_text(encoding="utf-8")
     text = re.sub(rf'^#include "\w+/{name}/.*\n', "", text, flags=re.M)
-    return re.sub(rf"^  add\([^;]*create<(?:{'|'.join(classes)})\b[^;]*;\n", "", text, flags=re.M)
+    return re.sub(rf"^ +(?:add\([^;]*create|made.push_back\(std::make_shared)<(?:{'|'.join(classes)})\b[^;]*;\n", "", text, flags=re.M)
 
 
 def from_objects(name, folder):
@@ -58,8 +59,8 @@ def from_objects(name, folder):
         here = f"{folder}/{len(found)}_{source.name}.o"
         if str(source) in deleted:
             link.remove(found)
-        elif source.name == "evpplugin.cpp":
-            (folder / source.name).write_text(list_without(name), encoding="utf-8")
+        elif (listed := str(source.relative_to(CHECKOUT))) in LISTS:
+            (folder / source.name).write_text(list_without(listed, name), encoding="utf-8")
             compile_alone(commands, found, str(folder / source.name), here, build)
             link[link.index(found)] = here
         elif depends[found] & deleted:
@@ -84,14 +85,15 @@ def build_without(name, folder):
     build = Build(folder / "copy")
     for layer in ("core", "lammps"):
         shutil.rmtree(folder / "copy" / "src" / layer / name, ignore_errors=True)
-    (folder / "copy" / LIST).write_text(list_without(name), encoding="utf-8")
+    for listed in LISTS:
+        (folder / "copy" / listed).write_text(list_without(listed, name), encoding="utf-8")
     build.make()
     return build.folder
 
 
 def main(words=None):
     parser = command_line(__doc__)
-    parser.add_argument("effect", choices=WORDS, metavar="volume|heat|damping|energy")
+    parser.add_argument("effect", choices=WORDS, metavar="|".join(WORDS))
     parser.add_argument("tests", nargs=argparse.REMAINDER, metavar="TEST", help="and options, as pytest takes them (default: tests/lammps)")
     options = parser.parse_args(words)
     with errors_in_one_line("without.py"), tempfile.TemporaryDirectory() as name:
