@@ -61,9 +61,9 @@ def sheared(runs, case, name, **more):
     material = {"material": f"{POTENTIALS}:{ROW}"}
     if case.plasticity == "none" or case.goes_on:
         words, (a, b, n) = re.search(f"^{ROW} (.*)", POTENTIALS.read_text(encoding="utf-8"), re.M)[1].split(), METALS[ROW].law
-        flow, density = words.index("flow"), words.index("density")
-        last, limit = map(float, words[density - 2 : density])
-        end = [*words[flow:density], "6", f"{limit * (a + b * 6.0**n) / (a + b * last**n):.5g}"] if case.goes_on else []
+        flow, after, density = map(words.index, ("flow", "yield", "density"))
+        last, limit = map(float, words[after - 2 : after])
+        end = [*words[flow:after], "6", f"{limit * (a + b * 6.0**n) / (a + b * last**n):.5g}", *words[after:density]] if case.goes_on else []
         material = {"coeff": " ".join([*words[:7], words[7] if case.goes_on else str(GAMMA), *words[8:flow], *end, *words[density:]])}
     runs.run("in.shear", name, specimen=body, **material, contact=case.contact, plasticity=case.plasticity, rate=RATE, dtfraction=0.7, row=0.01, **more)
 

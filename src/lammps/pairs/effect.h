@@ -19,6 +19,7 @@ namespace EVP {
 
 class PairData;
 class StiffnessMatrix;
+class StressReader;
 
 /// A bond of an own atom that is in no list, as it is past its cutoff. Lengths are those of the records: the state at the cutoff
 /// is the same, whatever its atoms have grown by.
@@ -157,6 +158,9 @@ class Effect {
   virtual void for_each_further_list(const EachList &) {}
 
   virtual void after_forces(const ParticleView &) {}
+
+  /// What takes the stresses of spheres by the forces after an update; nullptr: it reads none.
+  virtual StressReader *stress_reader() { return nullptr; }
 
   // 5. The end of a step, or of a minimization that came to rest: what the last forces found takes effect.
 

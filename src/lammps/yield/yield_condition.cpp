@@ -18,52 +18,6 @@
 
 namespace EVP {
 
-namespace {
-  constexpr int NSTRESS = std::tuple_size<Tensor>::value;
-
-  template <int Width> EVP_INLINE void add(double *to, const double *from)
-  {
-    for (int c = 0; c < Width; c++) to[c] += from[c];
-  }
-}    // namespace
-
-void StressSums::begin(int nall, const ParticleView &view)
-{
-  nreact = view.nreact;
-  damped = view.v != nullptr;
-  sums.assign(nall, 0.0);
-  for (int i = 0; view.f && i < nall; i++)
-    for (int c = 0; c < 3; c++) sums[i][NSTRESS + c] = -view.f[i][c];
-}
-
-void StressSums::end(const ParticleView &view)
-{
-  for (int i = 0; i < (int) sums.size(); i++) add<3>(sums[i] + NSTRESS, view.f[i]);
-}
-
-void StressSums::operator()(const PairRange &range, PairBlock &block)
-{
-  call_vectorized([&]() EVP_KERNEL {
-    const int *const partner = range.list.j.data() + range.first;
-    double half[PairBlock::SIZE];
-    for (int k = 0; k < block.n; k++) {
-      prefetch(sums[partner[k]], NSTRESS * sizeof(double));
-      half[k] = -0.5 * (damped ? block.force[k] - block.damping[k] : block.force[k]);
-    }
-    range.for_each_row([&](int i, int first, int last) EVP_KERNEL {
-      double total[NSTRESS] = {};
-      for (int k = first - range.first; k < last - range.first; k++) {
-        const double x = block.relative(0, k), y = block.relative(1, k), z = block.relative(2, k);
-        const double hx = half[k] * x, hy = half[k] * y;
-        const double share[NSTRESS] = {hx * x, hy * y, half[k] * z * z, hx * y, hx * z, hy * z};
-        add<NSTRESS>(total, share);
-        if (partner[k] < nreact) add<NSTRESS>(sums[partner[k]], share);
-      }
-      add<NSTRESS>(sums[i], total);
-    });
-  });
-}
-
 void YieldCondition::rows_scaled(const Coefficients &coefficients)
 {
   rows.assign(pairs.atoms()->ntypes + 1, Row());
@@ -121,7 +75,6 @@ void YieldCondition::keep_values(BondStore &store)
   store.keep<YieldRecord>(acts);
   if (!acts) return;
   records = store.columns<YieldRecord>();
-  measures = store.words.count(YieldRecord::NAME) > 0;
 }
 
 const Row &YieldCondition::row_of(int i) const
@@ -175,80 +128,14 @@ void YieldCondition::multiply_limits(std::vector<double> &factors) const
   for (size_t i = 0; i < factors.size(); i++) factors[i] *= records[(int) i].factor;
 }
 
-// a word tells restart files that the stresses are still to be taken, as at the end of a minimization
-void YieldCondition::update_effect()
+void YieldCondition::stress_known(int i, const SphereStress &stress)
 {
-  measures = true;
-  pairs.store().words[YieldRecord::NAME] = {1.0};
-}
-
-void YieldCondition::before_forces(const ParticleView &view)
-{
-  if (!measures) return;
-  stresses.begin(pairs.lists().nall, view);
-}
-
-// Of atoms and ghosts: what belongs to their bonds of this MPI rank
-void YieldCondition::add_neighbors(const PairList &bonds, int nreact)
-{
-  constexpr int AHEAD = 8;    // of pairs whose values are brought nearer
-  call_vectorized([&, npairs = (int) bonds.size() - 1]() EVP_KERNEL {
-    for (const PackedRow &row : bonds.rows) {
-      double total[WIDTH] = {};
-      for (int n = row.first; n < row.last; n++) {
-        const int j = bonds.j[n];
-        prefetch(own[bonds.j[std::min(n + AHEAD, npairs)]], WIDTH * sizeof(double));
-        prefetch(around[bonds.j[std::min(n + AHEAD, npairs)]], WIDTH * sizeof(double));
-        add<WIDTH>(total, own[j]);
-        if (j < nreact) add<WIDTH>(around[j], own[row.i]);
-      }
-      add<WIDTH>(around[row.i], total);
-    }
-  });
-}
-
-// Collective. The stress of each sphere, and the mean over it and those that it is bonded to
-void YieldCondition::after_forces(const ParticleView &view)
-{
-  if (!std::exchange(measures, false)) return;
-  pairs.store().words.erase(YieldRecord::NAME);
-  forces_of_pairs.clear();
-  const PairLists &lists = pairs.lists();
-  stresses.end(view);
-  pairs.exchange().reverse_comm(stresses.sums);
-  own.resize(lists.nall);
-  for (int i = 0; i < lists.nlocal; i++) {
-    const double volume = volume_of(i);
-    for (int c = 0; c < VOLUME; c++) own[i][c] = volume > 0.0 ? stresses.sums[i][c] : 0.0;
-    own[i][VOLUME] = volume;
-    own[i][FACTOR] = records[i].factor;
-    own[i][COUNT] = 1.0;
-  }
-  pairs.exchange().forward_comm(own);
-  around.resize(lists.nall);
-  std::copy_n(own.data(), WIDTH * lists.nlocal, around.data());
-  std::fill(around[lists.nlocal], around.end(), 0.0);
-  add_neighbors(lists.bonds, view.nreact);
-  pairs.exchange().reverse_comm(around);
-
-  for (int i = 0; i < lists.nlocal; i++) {
-    if (!(own[i][VOLUME] > 0.0)) {
-      forces_of_pairs.emplace_back(0.0, 0.0, 0.0);
-      continue;
-    }
-    Tensor stress, mean;
-    const double per_volume = 1.0 / own[i][VOLUME], per_all = 1.0 / around[i][VOLUME];
-    for (int c = 0; c < VOLUME; c++) {
-      stress[c] = own[i][c] * per_volume;
-      mean[c] = around[i][c] * per_all;
-    }
-    records[i].stress = equivalent_along(stress, mean);
-    records[i].stress_around = von_mises(mean);
-    records[i].factor_around = around[i][FACTOR] / around[i][COUNT];
-    const Vector force(stresses.sums[i] + VOLUME);
-    note_other_force(i, force);    // of spheres at rest, as in a minimization: the same
-    forces_of_pairs.push_back(force);
-  }
+  forces_of_pairs.push_back(stress.force);
+  if (!(stress.volume > 0.0)) return;
+  records[i].stress = equivalent_along(stress.own, stress.mean);
+  records[i].stress_around = von_mises(stress.mean);
+  records[i].factor_around = *stress.means;
+  note_other_force(i, stress.force);    // of spheres at rest, as in a minimization: the same
 }
 
 void YieldCondition::note_other_force(int i, const Vector &force)

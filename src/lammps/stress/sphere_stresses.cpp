@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "lammps/stress/sphere_stresses.h"
+
+#include "lammps/pairs/pair_data.h"
+
+#include "atom.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace EVP {
+
+// n values of an atom
+static EVP_INLINE void add(double *to, const double *from, int n)
+{
+  for (int c = 0; c < n; c++) to[c] += from[c];
+}
+
+void StressSums::begin(int nall, const ParticleView &view)
+{
+  nreact = view.nreact;
+  damped = view.v != nullptr;
+  sums.assign(nall, 0.0);
+  for (int i = 0; view.f && i < nall; i++)
+    for (int c = 0; c < 3; c++) sums[i][NSTRESS + c] = -view.f[i][c];
+}
+
+void StressSums::end(const ParticleView &view)
+{
+  for (int i = 0; i < (int) sums.size(); i++) add(sums[i] + NSTRESS, view.f[i], 3);
+}
+
+void StressSums::operator()(const PairRange &range, PairBlock &block)
+{
+  call_vectorized([&]() EVP_KERNEL {
+    const int *const partner = range.list.j.data() + range.first;
+    double half[PairBlock::SIZE];
+    for (int k = 0; k < block.n; k++) {
+      prefetch(sums[partner[k]], NSTRESS * sizeof(double));
+      half[k] = -0.5 * (damped ? block.force[k] - block.damping[k] : block.force[k]);
+    }
+    range.for_each_row([&](int i, int first, int last) EVP_KERNEL {
+      double total[NSTRESS] = {};
+      for (int k = first - range.first; k < last - range.first; k++) {
+        const double x = block.relative(0, k), y = block.relative(1, k), z = block.relative(2, k);
+        const double hx = half[k] * x, hy = half[k] * y;
+        const double share[NSTRESS] = {hx * x, hy * y, half[k] * z * z, hx * y, hx * z, hy * z};
+        add(total, share, NSTRESS);
+        if (partner[k] < nreact) add(sums[partner[k]], share, NSTRESS);
+      }
+      add(sums[i], total, NSTRESS);
+    });
+  });
+}
+
+void SphereStresses::rows_scaled(const Coefficients &coefficients)
+{
+  densities.assign(pairs.atoms()->ntypes + 1, 0.0);
+  for (int type = 1; type < (int) densities.size(); type++)
+    densities[type] = coefficients.row(type, type).density;
+}
+
+static const char *const DUE = "stress";
+
+void SphereStresses::keep_values(BondStore &store)
+{
+  measures = store.words.count(DUE) > 0;
+}
+
+std::vector<StressReader *> SphereStresses::find_readers() const
+{
+  std::vector<StressReader *> readers;
+  pairs.effects.for_each([&](Effect &one) {
+    if (StressReader *const reader = one.stress_reader()) readers.push_back(reader);
+  });
+  return readers;
+}
+
+// a word tells restart files that the stresses are still to be taken, as at the end of a minimization
+void SphereStresses::update_effect()
+{
+  measures = !find_readers().empty();
+  if (measures) pairs.store().words[DUE] = {1.0};
+}
+
+void SphereStresses::before_forces(const ParticleView &view)
+{
+  if (measures) stresses.begin(pairs.lists().nall, view);
+}
+
+// Of atoms and ghosts: what belongs to their bonds of this MPI rank
+void SphereStresses::add_neighbors(const PairList &bonds, int nreact)
+{
+  constexpr int AHEAD = 8;    // of pairs whose values are brought nearer
+  const int width = own.width();
+  call_vectorized([&, npairs = (int) bonds.size() - 1]() EVP_KERNEL {
+    for (const PackedRow &row : bonds.rows) {
+      double *const to = around[row.i];
+      const double *const from = own[row.i];
+      for (int n = row.first; n < row.last; n++) {
+        const int j = bonds.j[n], later = bonds.j[std::min(n + AHEAD, npairs)];
+        prefetch(own[later], width * sizeof(double));
+        prefetch(around[later], width * sizeof(double));
+        add(to, own[j], width);
+        if (j < nreact) add(around[j], from, width);
+      }
+    }
+  });
+}
+
+// Collective. The stress of each sphere, and the mean over it and those that it is bonded to
+void SphereStresses::after_forces(const ParticleView &view)
+{
+  if (!std::exchange(measures, false)) return;
+  pairs.store().words.erase(DUE);
+  const std::vector<StressReader *> readers = find_readers();
+  int width = READERS;
+  for (const StressReader *const reader : readers) width += reader->averaged_width();
+  const PairLists &lists = pairs.lists();
+  stresses.end(view);
+  pairs.exchange().reverse_comm(stresses.sums);
+  own.set_width(width);
+  around.set_width(width);
+  own.resize(lists.nall);
+  around.resize(lists.nall);
+  for (int i = 0; i < lists.nlocal; i++) {
+    const double density = densities[pairs.atoms()->type[i]];
+    const double volume = density > 0.0 ? pairs.atoms()->rmass[i] / density : 0.0;
+    for (int c = 0; c < VOLUME; c++) own[i][c] = volume > 0.0 ? stresses.sums[i][c] : 0.0;
+    own[i][VOLUME] = volume;
+    own[i][COUNT] = 1.0;
+    double *values = own[i] + READERS;
+    for (const StressReader *const reader : readers) {
+      reader->put_averaged(i, values);
+      values += reader->averaged_width();
+    }
+  }
+  pairs.exchange().forward_comm(own);
+  std::copy_n(own.data(), width * lists.nlocal, around.data());
+  std::fill(around[lists.nlocal], around.end(), 0.0);
+  add_neighbors(lists.bonds, view.nreact);
+  pairs.exchange().reverse_comm(around);
+
+  for (StressReader *const reader : readers) reader->stresses_begin();
+  for (int i = 0; i < lists.nlocal; i++) {
+    const bool is_known = own[i][VOLUME] > 0.0;
+    SphereStress stress = {
+        {}, {}, Vector(stresses.sums[i] + VOLUME), own[i][VOLUME], around[i] + READERS};
+    const double per_volume = is_known ? 1.0 / own[i][VOLUME] : 0.0,
+                 per_all = is_known ? 1.0 / around[i][VOLUME] : 0.0;
+    for (int c = 0; c < VOLUME; c++) {
+      stress.own[c] = own[i][c] * per_volume;
+      stress.mean[c] = around[i][c] * per_all;
+    }
+    for (int c = READERS; c < width; c++) around[i][c] /= around[i][COUNT];
+    for (StressReader *const reader : readers) {
+      reader->stress_known(i, stress);
+      stress.means += reader->averaged_width();
+    }
+  }
+}
+
+}    // namespace EVP

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: GPL-2.0-only
+#pragma once
+
+#include "core/base/atom_values.h"
+#include "core/pairs/pair_block.h"
+#include "core/stress/stress.h"
+#include "lammps/pairs/effect.h"
+
+#include <tuple>
+#include <vector>
+
+namespace EVP {
+
+/// What is known of an own atom after the forces of an update.
+struct SphereStress {
+  Tensor own, mean;    ///< of its pairs; the mean over it and those that it is bonded to [pressure]
+  Vector force;        ///< of all its pairs
+  double volume;       ///< of the solid; of atoms of rows without density 0, as the stresses then
+  const double *means;    ///< over the same spheres, of what the reader put
+};
+
+/// An effect that needs the stresses of spheres.
+class StressReader {
+ public:
+  /// How many values beside the stress are averaged over an atom and those that it is bonded to, and those of an own atom.
+  virtual int averaged_width() const { return 0; }
+  virtual void put_averaged(int /*i*/, double * /*values*/) const {}
+
+  /// Of all own atoms, one after the other.
+  virtual void stresses_begin() {}
+  virtual void stress_known(int i, const SphereStress &) = 0;
+
+ protected:
+  ~StressReader() = default;
+};
+
+/// Adds up the stresses of spheres from the forces of a loop: half of the virial of each pair, without damping.
+class StressSums final : public PairConsumer {
+ public:
+  static constexpr int NSTRESS = std::tuple_size<Tensor>::value;
+
+  /// Of particles and ghosts, below nreact with the reactions: -1/2 sum of F/d r (x) r [energy], tension is positive; then the force
+  /// of all their pairs, which is the change of f by the loop.
+  AtomValues sums{NSTRESS + 3};
+
+  void begin(int nall, const ParticleView &);
+  void end(const ParticleView &);
+  void operator()(const PairRange &, PairBlock &) override;
+
+ private:
+  int nreact = 0;
+  bool damped = false;    // do the blocks have forces of the damping?
+};
+
+/// The stresses of spheres by the forces after an update, for effects that read them. Without one it costs nothing.
+class SphereStresses final : public Effect, protected Pointers {
+ public:
+  SphereStresses(LAMMPS *lmp, PairData &pair_data) : Pointers(lmp), pairs(pair_data) {}
+
+  void rows_scaled(const Coefficients &) override;
+  void keep_values(BondStore &) override;
+  void update_effect() override;
+  void before_forces(const ParticleView &) override;
+  PairConsumer *reads_forces(const PairList &) override { return measures ? &stresses : nullptr; }
+  void after_forces(const ParticleView &) override;
+
+ private:
+  PairData &pairs;
+  std::vector<double> densities;    // by atom type, from 1; 0 of rows without
+  bool measures = false;            // by the next forces
+  StressSums stresses;
+
+  // of atoms and ghosts: sums of stress [energy], of volume, how many they are, and what readers put; own ones, and with those around
+  enum { VOLUME = StressSums::NSTRESS, COUNT, READERS };
+  AtomValues own{READERS}, around{READERS};
+
+  std::vector<StressReader *> find_readers() const;
+  void add_neighbors(const PairList &bonds, int nreact);
+};
+
+}    // namespace EVP
