@@ -82,16 +82,16 @@ def upset(study, part, seed, spheres):
     body, name = body_of(study, part, seed, spheres, length=length, radius=radius)
     study.runs.run("in.upset", name, study.ranks, specimen=body, material=part.row, contact="join", friction=part.friction, strain=0.5)
     read = study.runs.curve(name, "strain", "force_lower", "force_upper", "width_middle")
-    study.barrel[part, spheres, seed] = read["strain"], 500.0 * read["width_middle"]
-    study.volume[part, spheres, seed] = inner_volume(study, body, name)
+    study.shapes["barrel"][part, spheres, seed] = read["strain"], 500.0 * read["width_middle"]
+    study.shapes["volume"][part, spheres, seed] = inner_volume(study, body, name)
     return read["strain"], 0.5 * (read["force_lower"] + read["force_upper"])
 
 
 def imprint(study, part, seed, spheres):
     body, name = body_of(study, part, seed, spheres, shape="block", length=0.02, width=0.05, height=0.05)
     text = study.runs.run("in.indent", name, study.ranks, specimen=body, material=part.row, plasticity="isotropic", contact="join", tool_radius=0.015, depth=0.0015)
-    study.recovery[part, spheres, seed] = 100.0 - float(re.search(r"released: an imprint of .*, (\S+) % of the depth", text)[1])
-    study.rim[part, spheres, seed] = rim(study, body, name)
+    study.shapes["recovery"][part, spheres, seed] = 100.0 - float(re.search(r"released: an imprint of .*, (\S+) % of the depth", text)[1])
+    study.shapes["rim"][part, spheres, seed] = rim(study, body, name)
     read = study.runs.curve(name, "depth", "force")
     there = int(np.argmax(read["depth"])) + 1
     return 1e3 * read["depth"][:there], read["force"][:there]
@@ -123,7 +123,7 @@ def bend(study, part, seed, spheres):
     body, name = body_of(study, part, seed, spheres, shape="block", length=0.06, width=0.02, height=0.008)
     text = study.runs.run("in.vbend", name, study.ranks, specimen=body, material=part.row, contact="join", travel=0.008)
     bent, left = map(float, re.search(r"bent by (\S+) degrees, released (\S+) are left", text).groups())
-    study.bent[part, spheres, seed] = bent, bent - left
+    study.shapes["bent"][part, spheres, seed] = bent, bent - left
     read = study.runs.curve(name, "travel", "force_punch")
     return 1e3 * read["travel"], read["force_punch"]
 
@@ -231,7 +231,7 @@ def mean_and_scatter(values, form):
 
 def main(words=None):
     with Study(__doc__, "what_to_believe", spheres=[2000, 8000], plates=[4000], bars=[2000], ranks=1).started(words) as study:
-        study.barrel, study.volume, study.recovery, study.rim, study.bent = {}, {}, {}, {}, {}
+        study.shapes = {name: {} for name in ("barrel", "volume", "recovery", "rim", "bent")}
         verdicts, tables, drawn = [], {}, {}
         jobs = [(part, spheres) for part in parts_of(study) for spheres in part.sizes]
         for part, spheres in study.each(jobs, lambda job: f"{job[0].operation}, {job[0].metal}, {job[1]} spheres", lambda job: job[1] ** 1.3):
@@ -251,7 +251,7 @@ def main(words=None):
                                          *("| " + " | ".join(map(str, row)) + " |" for row in rows)]) for (unit, points), rows in tables.items())
         shapes = []
         for part, spheres in jobs:
-            chosen = {name: [found[part, spheres, seed] for seed in SEEDS] for name in ("barrel", "volume", "rim", "recovery", "bent") for found in [getattr(study, name)] if (part, spheres, SEEDS[0]) in found}
+            chosen = {name: [found[part, spheres, seed] for seed in SEEDS] for name, found in study.shapes.items() if (part, spheres, SEEDS[0]) in found}
             what = (part.operation, METALS[part.metal].title, spheres)
             fe = read_reference(part) if part.reference else {}
             for reduction in (0.4, 0.49) if "barrel" in chosen and part.points[-1] > 0.4 else ():
