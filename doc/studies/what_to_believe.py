@@ -191,9 +191,9 @@ def parts_of(study):
         Part("imprint of a ball", ALUMINIUM, "imprint_aluminium_2024T351.csv", **imprints),
         Part("tension, gripped", STEEL, "tension_steel_304.csv", points=(0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5), **grips),
         Part("compression, gripped", STEEL, "compression_steel_304.csv", points=(0.02, 0.05, 0.1, 0.2, 0.3, 0.35, 0.4), **grips),
-        Part("torsion, gripped", STEEL, "", "angle [rad]", (), (0.02, 0.05, 0.1, 0.2, 0.4), twist, sizes=tuple(study.spheres)),
-        Part("V-bending", STEEL, "vbend_steel_304.csv", "travel [mm]", ("travel", "force"), (1.0, 2.0, 3.0, 4.0, 6.0, 7.8), bend, sizes=tuple(study.spheres)),
-        Part("notched bar", STEEL, "notched_steel_304.csv", "strain of the grips", ("strain", "force"), (0.005, 0.01, 0.02, 0.03, 0.05), notched, sizes=tuple(study.plates)),
+        Part("torsion, gripped", STEEL, "", "angle [rad]", (), (0.02, 0.05, 0.1, 0.2, 0.4), twist),
+        Part("V-bending", STEEL, "vbend_steel_304.csv", "travel [mm]", ("travel", "force"), (1.0, 2.0, 3.0, 4.0, 6.0, 7.8), bend),
+        Part("notched bar", STEEL, "notched_bar_steel_304.csv", "strain of the grips", ("strain", "force"), (0.005, 0.01, 0.02, 0.03, 0.05), notched, sizes=tuple(study.plates)),
     ]
 
 
