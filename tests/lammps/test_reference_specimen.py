@@ -147,6 +147,8 @@ def test_a_run_that_stopped_on_the_way_back_goes_on(tmp_path):
     (tmp_path / "stop.lmp").write_text('if "${k} == 12" then "quit 1"\n')
     stopped = run_lammps("in.quasistatic", 1, {"specimen": REFERENCE, "out": "pull", **choices, "also": tmp_path / "stop.lmp"}, folders[1])
     assert stopped.returncode != 0 and len(read_csv(folders[1] / "pull.csv")["strain"]) == 13, "control: the row of increment 12 has no restart file"
+    killed = edited_deck("in.quasistatic", tmp_path, "# -------- grips, which are held;", "quit 1 # --------")
+    assert run_lammps(killed, 1, {"specimen": REFERENCE, "out": "pull", **choices, "resume": "yes"}, folders[1]).returncode != 0, "control: stopped as it was resumed"
     shutil.copytree(folders[1], folders[2])
     for ranks, folder in enumerate(folders[1:], start=1):
         run, rest = pull("in.quasistatic", folder, ranks, **choices, resume="yes")

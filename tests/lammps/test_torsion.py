@@ -52,6 +52,14 @@ def test_grips_without_spheres_are_refused(tmp_path):
                 f"in.{deck}: the number of atoms of group {group} must be a number >= 3, got 0: give the body more spheres, or another length")
 
 
+def test_increments_after_fire_are_whole(tmp_path):
+    """fire takes a smaller timestep, slow motion afterwards not: elastic torque grows with the angle."""
+    deck = edited_deck("in.torsion", tmp_path, 'if "$(fmax) > ${force}" then', 'if "$(fmax) >= 0" then')
+    run_lammps(deck, 1, {"specimen": REFERENCE, "contact": "none", "plasticity": "isotropic", "angle": 0.0004, "increment": 0.0001, "out": "twisted"}, tmp_path).ok()
+    curve = read_csv(tmp_path / "twisted.csv")
+    assert curve["torque_grip"][1:] / curve["angle"][1:] == pytest.approx(curve["torque_grip"][1] / curve["angle"][1], rel=0.01)
+
+
 def test_there_and_back(tmp_path):
     """Cycles go on between their ends. The reversible law comes back to no torque. With plasticity the body unloads with the first stiffness, so that an angle is left where the torque is
     gone; the core, where no pair has flowed, still resists: the way back is not quite a line."""
