@@ -186,7 +186,7 @@ def parts_of(study):
         Part("upsetting, friction 0.1", STEEL, "upset_steel_304_mu0.1.csv", sizes=tuple(study.spheres), friction=0.1, **upsets),
         Part("upsetting, friction 0.3", STEEL, "upset_steel_304_mu0.3.csv", friction=0.3, **upsets),
         Part("upsetting, friction 0.1", ALUMINIUM, "upset_aluminium_2024T351_mu0.1.csv", friction=0.1, **upsets),
-        Part("upsetting, squat, friction 0.1", STEEL, "upset_steel_304_squat_mu0.1.csv", friction=0.1, **{**upsets, "size": (0.015, 0.01), "points": upsets["points"][:-1]}),
+        Part("upsetting, squat, friction 0.1", STEEL, "upset_squat_steel_304_mu0.1.csv", friction=0.1, **{**upsets, "size": (0.015, 0.01), "points": upsets["points"][:-1]}),
         Part("imprint of a ball", STEEL, "imprint_steel_304.csv", **imprints),
         Part("imprint of a ball", ALUMINIUM, "imprint_aluminium_2024T351.csv", **imprints),
         Part("tension, gripped", STEEL, "tension_steel_304.csv", points=(0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5), **grips),

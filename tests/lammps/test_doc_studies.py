@@ -2,11 +2,14 @@
 """Programs of doc/studies with LAMMPS: what they measure, and the pages that they write."""
 
 import csv
+import dataclasses
 import os
 import re
 import statistics
 import subprocess
 import sys
+from collections import defaultdict
+from types import SimpleNamespace
 
 import bench
 import closed_form_loads
@@ -17,6 +20,7 @@ import notched_tension
 import numpy as np
 import pytest
 import time_order
+import what_to_believe
 from evp import curves, specimen
 from lammps_run import DECKS, REPOSITORY, packed, read_csv, read_dump, run_lammps
 from study import Runs
@@ -48,6 +52,20 @@ def test_plastic_strains_lag_by_half_of_the_strain_between_two_updates(tmp_path,
     off = {update: limits.differences(found[update], found[1])[0] for update in (5, 10)}
     lag = 10 * found[10].step / 2
     assert off[10] == pytest.approx(-100.0 * 0.25 * lag / (0.01 - 0.001), rel=0.3) and off[5] == pytest.approx(0.5 * off[10], rel=0.3)
+
+
+# ---- parts beside finite elements ----
+
+
+@pytest.mark.parametrize("operation, points, off", [
+    ("upsetting, friction 0.1", (0.2, 0.49), (7.6, 1.0)), ("tension, gripped", (0.05, 0.1), (1.8, 2.8)), ("torsion, gripped", (0.02, 0.05), (-7.3, -6.2)),
+    ("V-bending", (3.0, 7.8), (1.0, -1.1))])
+def test_parts_of_500_spheres_beside_finite_elements(tmp_path, operation, points, off):
+    """Differences of the load [%], as measured when the page was written, within what a body that flows otherwise would change."""
+    study = SimpleNamespace(runs=Runs(tmp_path), ranks=1, spheres=[500], plates=[500], shapes=defaultdict(dict))
+    part = next(part for part in what_to_believe.parts_of(study) if (part.operation, part.metal) == (operation, what_to_believe.STEEL))
+    part = dataclasses.replace(part, points=points)
+    assert what_to_believe.off_at(part, *part.measure(study, part, 11, 500), part.curve()) == pytest.approx(off, abs=2.5)
 
 
 # ---- torsion and bending of small bodies against closed forms ----
