@@ -81,8 +81,8 @@ def upset(study, part, seed, spheres):
     length, radius = part.size
     body, name = body_of(study, part, seed, spheres, length=length, radius=radius)
     study.runs.run("in.upset", name, study.ranks, specimen=body, material=part.row, contact="join", friction=part.friction, strain=0.5)
-    read = study.runs.curve(name, "strain", "force_lower", "force_upper", "width_middle")
-    study.shapes["barrel"][part, spheres, seed] = read["strain"], 500.0 * read["width_middle"]
+    read = study.runs.curve(name, "strain", "force_lower", "force_upper")
+    study.shapes["barrel"][part, spheres, seed] = 1e3 * radius * barrel(study, body, name)
     study.shapes["volume"][part, spheres, seed] = inner_volume(study, body, name)
     return read["strain"], 0.5 * (read["force_lower"] + read["force_upper"])
 
@@ -145,6 +145,16 @@ def inner_volume(study, body, name):
     before, after = (volumes(place)[inner] for place in (x, dump.last_positions(study.runs.folder / f"{name}_state.dump")))
     kept = np.isfinite(before) & np.isfinite(after)
     return 100.0 * (after[kept].sum() / before[kept].sum() - 1.0)
+
+
+def barrel(study, body, name):
+    """Radius of the middle of an upset cylinder over that at the start: of the disc with the mean square distance of its spheres from the axis."""
+    start = specimen.read_data(study.runs.folder / body)
+    squares = []
+    for x in (np.asarray(start.x), dump.last_positions(study.runs.folder / f"{name}_state.dump")):
+        middle = np.abs(x[:, 0] - 0.5 * (x[:, 0].min() + x[:, 0].max())) < 2.0 * np.mean(start.radius)
+        squares.append(np.mean(x[middle, 1] ** 2 + x[middle, 2] ** 2))
+    return math.sqrt(squares[1] / squares[0])
 
 
 def rim(study, body, name):
@@ -255,9 +265,8 @@ def main(words=None):
             chosen = {name: [found[part, spheres, seed] for seed in SEEDS] for name, found in study.shapes.items() if (part, spheres, SEEDS[0]) in found}
             what = (part.operation, METALS[part.metal].title, spheres)
             fe = read_reference(part) if part.reference else {}
-            for reduction in (0.4, 0.49) if "barrel" in chosen and part.points[-1] > 0.4 else ():
-                radius = [np.interp(reduction, *pair) for pair in chosen["barrel"]]
-                shapes.append((*what, f"radius of the middle at {reduction:g} [mm]", mean_and_scatter(radius, ".2f"), f"{np.interp(reduction, fe['reduction'], fe['radius_middle']):.2f}"))
+            if "barrel" in chosen and fe["reduction"][-1] == 0.5:
+                shapes.append((*what, "radius of the middle, pressed by half [mm]", mean_and_scatter(chosen["barrel"], ".2f"), f"{np.interp(0.5, fe['reduction'], fe['radius_middle']):.2f}"))
             if "volume" in chosen:
                 shapes.append((*what, "volume of inner spheres, released [%]", mean_and_scatter(chosen["volume"], "+.2f"), "0"))
             if "rim" in chosen:
