@@ -24,6 +24,7 @@ LENGTH, FOOT = 0.0214, 0.0071  # [m] of the Taylor bar of 32.4 x 6.4 mm at 227 m
 SEEDS = (11, 12)  # of bodies
 LIMITS = (5.0, 8.0)  # [%]
 BAR, FREE = 0.0125, 0.04  # radius and free length [m] of gripped cylinders
+FAR = (0.018, 0.024)  # [m] from the axis of an imprint, where the surface has not moved
 INNER = 2.0  # spheres are inner ones that are farther from the surface, in mean diameters
 
 
@@ -31,7 +32,7 @@ INNER = 2.0  # spheres are inner ones that are farther from the surface, in mean
 class Part:
     """An operation on a metal: how it is measured, what it is compared with, and where (in the unit of the first column of the reference).
 
-    measure(study, part, seed) gives the travel and the load, both in the units of the reference."""
+    measure(study, part, seed, spheres) gives the travel and the load, both in the units of the reference."""
 
     operation: str
     metal: str
@@ -53,8 +54,7 @@ class Part:
         if not self.reference:
             angles = np.linspace(0.0, max(self.points), 200)
             return angles, np.array([torque(targets_of(METALS[self.metal]), angle) for angle in angles])
-        lines = [line for line in (STUDIES / "fe" / self.reference).read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
-        read = np.genfromtxt(lines, delimiter=",", names=True)
+        read = read_reference(self)
         travel, load = (np.abs(read[column]) for column in self.columns)
         there = int(np.argmax(travel)) + 1
         return np.append(0.0, travel[:there]), np.append(0.0, load[:there])
@@ -163,7 +163,7 @@ def rim(study, body, name):
     x, size = np.asarray(start.x), 2.0 * np.mean(start.radius)
     top = x[:, 0] > x[:, 0].max() - 0.5 * size
     risen, r = dump.last_positions(study.runs.folder / f"{name}_state.dump")[top, 0] - x[top, 0], np.hypot(x[top, 1], x[top, 2])
-    far = risen[(r > 0.018) & (r < 0.024)].mean()
+    far = risen[(r > FAR[0]) & (r < FAR[1])].mean()
     rings = [risen[(r >= a) & (r < a + size)] for a in np.arange(0.004, 0.014, size / 2)]
     return 1e3 * (max(ring.mean() for ring in rings if len(ring)) - far)
 
@@ -276,7 +276,7 @@ def main(words=None):
                 angles = fe["angle"]
                 shapes.append((*what, "springs back [degrees]", mean_and_scatter([back for _, back in chosen["bent"]], ".2f"), f"{angles.max() - angles[-1]:.2f}"))
         bars = [taylor(study, spheres, contact) for spheres in study.each(study.bars, lambda n: f"bar of {n}", lambda n: n**1.3) for contact in ("repulsive", "join")]
-        study.write(details=details, limits=" and ".join(f"{limit:g}" for limit in LIMITS), seeds=str(len(SEEDS)),
+        study.write(details=details, seeds=str(len(SEEDS)),
                     verdicts=(("operation", "metal", "spheres", "from, to", *(f"within {limit:g} %" for limit in LIMITS), "largest difference [%]", "bodies differ by +-"), verdicts),
                     shapes=(("operation", "metal", "spheres", "", "spheres: mean (bodies)", "finite elements"), shapes),
                     bars=(("contact", "N", "length [mm]", "off [%]", "foot radius [mm]", "off [%]", "outermost sphere [mm]"), bars))

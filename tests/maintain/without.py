@@ -40,7 +40,7 @@ def list_without(path, name):
     classes = {word for path in headers for word in re.findall(r"^(?:class|struct) (\w+)", path.read_text(encoding="utf-8"), re.M)}
     text = (CHECKOUT / path).read_text(encoding="utf-8")
     text = re.sub(rf'^#include "\w+/{name}/.*\n', "", text, flags=re.M)
-    return re.sub(rf"^ +(?:add\([^;]*create|made.push_back\(std::make_shared)<(?:{'|'.join(classes)})\b[^;]*;\n", "", text, flags=re.M)
+    return re.sub(rf"^ +(?:add\([^;]*create|made\.push_back\(std::make_shared)<(?:{'|'.join(classes)})\b[^;]*;\n", "", text, flags=re.M)
 
 
 def from_objects(name, folder):

@@ -83,12 +83,12 @@ class VolumeLaw {
       const double beyond = std::max(0.0, total - gap);
       const double counted = std::max(0.0, own - gap + reference.lost * per_slope);
       const double squared = own * own + beyond * beyond - counted * counted;
-      const bool may_yield = taken.bulk > 0.0 && squared > taken.from * taken.from;
-      const double y = may_yield ? std::sqrt(squared) : 0.0;    // mostly not: a root takes time
-      const double more = y > taken.from ? y - taken.from : 0.0;
-      const double inv_y = more > 0.0 ? 1.0 / y : 0.0;
-      const double over_kv = more > 0.0 ? taken.bulk / kv : 0.0;
-      const double times = 1.0 + over_kv * more * inv_y;
+      const bool yields = taken.bulk > 0.0 && squared > taken.from * taken.from;
+      const double y = yields ? std::sqrt(squared)
+                              : 0.0;    // which takes time, and few particles yield
+      const double more = yields ? y - taken.from : 0.0, inv_y = yields ? 1.0 / y : 0.0;
+      const double bulk_over_kv = yields ? taken.bulk / kv : 0.0;
+      const double times = 1.0 + bulk_over_kv * more * inv_y;
       const double expanded = theta > 0.0 ? state.energy : 0.0,
                    pull = theta > 0.0 ? state.bonded : 0.0;
       state.energy = expanded + 0.5 * kv * squared;
@@ -101,7 +101,8 @@ class VolumeLaw {
                            beyond > 0.0 ? scale * per_slope : 0.0};
       if (more > 0.0) {
         const double slope = (own + beyond - counted) * inv_y;    // of y, more than 1 in a gap
-        state.stiffness = stiffened(state.stiffness, 1.0 + over_kv * std::max(1.0, slope * slope));
+        state.stiffness =
+            stiffened(state.stiffness, 1.0 + bulk_over_kv * std::max(1.0, slope * slope));
       }
     }
     if (takes) state.stiffness.total += taken.bulk * per_slope * per_slope;

@@ -159,7 +159,7 @@ class Effect {
 
   virtual void after_forces(const ParticleView &) {}
 
-  /// What takes the stresses of spheres by the forces after an update; nullptr: it reads none.
+  /// Gets the stresses of spheres, of the first forces after an update; nullptr: not needed.
   virtual StressReader *stress_reader() { return nullptr; }
 
   // 5. The end of a step, or of a minimization that came to rest: what the last forces found takes effect.

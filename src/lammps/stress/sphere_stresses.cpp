@@ -2,6 +2,8 @@
 
 #include "lammps/stress/sphere_stresses.h"
 
+#include "core/base/simd.h"
+#include "core/pairs/pairs.h"
 #include "lammps/pairs/pair_data.h"
 
 #include "atom.h"
@@ -17,16 +19,17 @@ static EVP_INLINE void add(double *to, const double *from, int n)
   for (int c = 0; c < n; c++) to[c] += from[c];
 }
 
-void StressSums::begin(int nall, const ParticleView &view)
+void StressSums::start(int nall, const ParticleView &view)
 {
   nreact = view.nreact;
   damped = view.v != nullptr;
   sums.assign(nall, 0.0);
-  for (int i = 0; view.f && i < nall; i++)
+  if (!view.f) return;    // commit() looks for what changes, without forces
+  for (int i = 0; i < nall; i++)
     for (int c = 0; c < 3; c++) sums[i][NSTRESS + c] = -view.f[i][c];
 }
 
-void StressSums::end(const ParticleView &view)
+void StressSums::add_forces(const ParticleView &view)
 {
   for (int i = 0; i < (int) sums.size(); i++) add(sums[i] + NSTRESS, view.f[i], 3);
 }
@@ -86,20 +89,20 @@ void SphereStresses::update_effect()
 
 void SphereStresses::before_forces(const ParticleView &view)
 {
-  if (measures) stresses.begin(pairs.lists().nall, view);
+  if (measures) stresses.start(pairs.lists().nall, view);
 }
 
-// Of atoms and ghosts: what belongs to their bonds of this MPI rank
+// Adds to `around` of both ends of each bond of this MPI rank the values of the other end
 void SphereStresses::add_neighbors(const PairList &bonds, int nreact)
 {
-  constexpr int AHEAD = 8;    // of pairs whose values are brought nearer
+  constexpr int AHEAD = 8;    // pairs ahead whose values are prefetched
   const int width = own.width();
-  call_vectorized([&, npairs = (int) bonds.size() - 1]() EVP_KERNEL {
+  call_vectorized([&, last = (int) bonds.size() - 1]() EVP_KERNEL {
     for (const PackedRow &row : bonds.rows) {
       double *const to = around[row.i];
       const double *const from = own[row.i];
       for (int n = row.first; n < row.last; n++) {
-        const int j = bonds.j[n], later = bonds.j[std::min(n + AHEAD, npairs)];
+        const int j = bonds.j[n], later = bonds.j[std::min(n + AHEAD, last)];
         prefetch(own[later], width * sizeof(double));
         prefetch(around[later], width * sizeof(double));
         add(to, own[j], width);
@@ -118,7 +121,7 @@ void SphereStresses::after_forces(const ParticleView &view)
   int width = READERS;
   for (const StressReader *const reader : readers) width += reader->averaged_width();
   const PairLists &lists = pairs.lists();
-  stresses.end(view);
+  stresses.add_forces(view);
   pairs.exchange().reverse_comm(stresses.sums);
   own.set_width(width);
   around.set_width(width);

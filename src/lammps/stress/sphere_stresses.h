@@ -3,6 +3,7 @@
 
 #include "core/base/atom_values.h"
 #include "core/pairs/pair_block.h"
+#include "core/pairs/pairs.h"
 #include "core/stress/stress.h"
 #include "lammps/pairs/effect.h"
 
@@ -11,22 +12,23 @@
 
 namespace EVP {
 
-/// What is known of an own atom after the forces of an update.
+/// What is known of an own atom after the first forces that follow an update.
 struct SphereStress {
   Tensor own, mean;    ///< of its pairs; the mean over it and those that it is bonded to [pressure]
   Vector force;        ///< of all its pairs
-  double volume;       ///< of the solid; of atoms of rows without density 0, as the stresses then
-  const double *means;    ///< over the same spheres, of what the reader put
+  double volume;    ///< of the solid; 0 where the row has no density: then the stresses are 0, too
+  const double *means;    ///< over the same spheres, of the values that this reader put
 };
 
 /// An effect that needs the stresses of spheres.
 class StressReader {
  public:
-  /// How many values beside the stress are averaged over an atom and those that it is bonded to, and those of an own atom.
+  /// Number of further values of a sphere, of which the reader gets the mean over the sphere and those that it is bonded to.
   virtual int averaged_width() const { return 0; }
+  /// Writes those of own atom i.
   virtual void put_averaged(int /*i*/, double * /*values*/) const {}
 
-  /// Of all own atoms, one after the other.
+  /// Before the first call of stress_known(), which follows for each own atom in turn.
   virtual void stresses_begin() {}
   virtual void stress_known(int i, const SphereStress &) = 0;
 
@@ -43,8 +45,8 @@ class StressSums final : public PairConsumer {
   /// of all their pairs, which is the change of f by the loop.
   AtomValues sums{NSTRESS + 3};
 
-  void begin(int nall, const ParticleView &);
-  void end(const ParticleView &);
+  void start(int nall, const ParticleView &);
+  void add_forces(const ParticleView &);
   void operator()(const PairRange &, PairBlock &) override;
 
  private:
@@ -70,7 +72,8 @@ class SphereStresses final : public Effect, protected Pointers {
   bool measures = false;            // by the next forces
   StressSums stresses;
 
-  // of atoms and ghosts: sums of stress [energy], of volume, how many they are, and what readers put; own ones, and with those around
+  // Columns: sum of stress [energy], volume, number of spheres, values of readers. own: of each atom and ghost; around: sums over it and
+  // those that it is bonded to
   enum { VOLUME = StressSums::NSTRESS, COUNT, READERS };
   AtomValues own{READERS}, around{READERS};
 

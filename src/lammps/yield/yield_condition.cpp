@@ -2,6 +2,7 @@
 
 #include "lammps/yield/yield_condition.h"
 
+#include "core/stress/stress.h"
 #include "lammps/base/collective.h"
 #include "lammps/pairs/pair_data.h"
 
@@ -9,12 +10,9 @@
 #include "error.h"
 #include "update.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
-#include <tuple>
-#include <utility>
 
 namespace EVP {
 
@@ -82,13 +80,6 @@ const Row &YieldCondition::row_of(int i) const
   return rows[pairs.atoms()->type[i]];
 }
 
-// of the solid; 0 where the row has no density
-double YieldCondition::volume_of(int i) const
-{
-  const double density = row_of(i).density;
-  return density > 0.0 ? pairs.atoms()->rmass[i] / density : 0.0;
-}
-
 void YieldCondition::begin_update()
 {
   const int nlocal = pairs.lists().nlocal;
@@ -130,18 +121,19 @@ void YieldCondition::multiply_limits(std::vector<double> &factors) const
 
 void YieldCondition::stress_known(int i, const SphereStress &stress)
 {
-  forces_of_pairs.push_back(stress.force);
+  of_pairs.push_back({stress.force, stress.volume});
   if (!(stress.volume > 0.0)) return;
   records[i].stress = equivalent_along(stress.own, stress.mean);
   records[i].stress_around = von_mises(stress.mean);
   records[i].factor_around = *stress.means;
-  note_other_force(i, stress.force);    // of spheres at rest, as in a minimization: the same
+  note_other_force(i, stress.force,
+                   stress.volume);    // of spheres at rest, as in a minimization: the same
 }
 
-void YieldCondition::note_other_force(int i, const Vector &force)
+void YieldCondition::note_other_force(int i, const Vector &force, double volume)
 {
   records[i].pressed = yielding::is_pressed(std::sqrt(dot(force, force)), pairs.atoms()->radius[i],
-                                            volume_of(i), records[i].stress_around)
+                                            volume, records[i].stress_around)
       ? 1.0
       : 0.0;
 }
@@ -149,11 +141,11 @@ void YieldCondition::note_other_force(int i, const Vector &force)
 // when all forces of the step are known
 void YieldCondition::committed()
 {
-  if (forces_of_pairs.empty() || update->whichflag == 2) return;
+  if (of_pairs.empty() || update->whichflag == 2) return;
   const auto *const f = scene::rows(pairs.atoms()->f);
-  for (size_t i = 0; i < forces_of_pairs.size(); i++)
-    note_other_force((int) i, Vector(f[i]) - forces_of_pairs[i]);
-  forces_of_pairs.clear();
+  for (size_t i = 0; i < of_pairs.size(); i++)
+    note_other_force((int) i, Vector(f[i]) - of_pairs[i].force, of_pairs[i].volume);
+  of_pairs.clear();
 }
 
 }    // namespace EVP

@@ -28,7 +28,7 @@ class YieldCondition final : public Effect, public StressReader, protected Point
   StressReader *stress_reader() override { return this; }
   int averaged_width() const override { return 1; }
   void put_averaged(int i, double *values) const override { *values = records[i].factor; }
-  void stresses_begin() override { forces_of_pairs.clear(); }
+  void stresses_begin() override { of_pairs.clear(); }
   void stress_known(int i, const SphereStress &) override;
   void committed() override;
 
@@ -40,11 +40,14 @@ class YieldCondition final : public Effect, public StressReader, protected Point
   std::vector<double> strains;          // plastic, of own atoms before the update
   std::vector<double> flow_stresses;    // of own atoms at these; 0 without the condition
 
-  std::vector<Vector> forces_of_pairs;    // of own atoms, in a step with stresses
+  struct OfPairs {
+    Vector force;
+    double volume;
+  };
+  std::vector<OfPairs> of_pairs;    // of own atoms, in a step with stresses
 
-  void note_other_force(int i, const Vector &force);
+  void note_other_force(int i, const Vector &force, double volume);
   const Row &row_of(int i) const;
-  double volume_of(int i) const;
   void demand_mass_of_solid(int type, double spacing) const;
 };
 
