@@ -42,7 +42,7 @@ class Run(NamedTuple):
 
 
 RUNS = (
-    Run("README.md", "tools/view.py part_state.dump", "part.png", short={"in.quasistatic": "-var strain 0.001"},
+    Run("README.md", "tools/view.py part_state.dump", "part.png", short={"in.quasistatic": "-var strain 0.001 -var increment 0.00005"},
         texts=(("tools/body.py lammps_inputs/dog_bone.stl --axis z --unit mm --n 800 --out part.data", "lmp -in lammps_inputs/in.specimen -var out part.data"),
                ("aluminium_2024T351", "aluminium_1100O"))),  # the softest row: its increment is fine enough; body.py: test_body_tool.py
     Run("README.md", "in.specimen -var n 2000 -var seed 7", "back.csv"),
