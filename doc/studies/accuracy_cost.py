@@ -100,13 +100,13 @@ SCENES = {
         "Tension to 2 % and back", {"material": ALUMINIUM, "cycles": 1}, CYLINDER, (500, 2000, 8000),
         {**{f"rate {rate}": Setting("in.cyclic", {"rate": rate}) for rate in (200, 50)},
          "rate 10, 0.9": Setting("in.cyclic", {"rate": 10, "dtfraction": 0.9}),
-         **{f"pace {pace}": Setting("in.quasistatic", {"pace": pace}) for pace in (3, 1, 0.3, 0.1)}}, cycled),
+         **increments("0.004", "0.002", "0.001", "0.0005", "0.00025", "0.0001")}, cycled),
     "impact": Scene(
         "Impact of a ball on a plate at 100 m/s", {}, BALL_AND_PLATE, (1650, 6600, 26400),
         {f"timestep {share}": Setting("in.impact", {}, share) for share in (0.4, 0.2, 0.1, 0.05, 0.02)}, hit),
     "indentation": Scene(
         "Imprint of a ball", {"material": ALUMINIUM, "tool_radius": 0.015, "depth": 0.0015}, THICK_PLATE, (1000, 2000, 4000),
-        {f"pace {pace}": Setting("in.indent", {"pace": pace}) for pace in (1, 0.3, 0.1, 0.03)}, pressed),
+        {f"{count} increments": Setting("in.indent", {"increments": count}) for count in (5, 10, 20, 40, 80, 160)}, pressed),
 }
 
 
