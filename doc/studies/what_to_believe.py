@@ -10,7 +10,7 @@ import re
 from dataclasses import dataclass
 from typing import Callable
 
-from study import CHECKOUT, STUDIES, Study
+from study import CHECKOUT, STUDIES, Study, mean_of, table
 import numpy as np
 from evp import dump, figures, specimen
 from evp.calibration import MISES
@@ -41,9 +41,9 @@ class Part:
     columns: tuple
     points: tuple
     measure: Callable
-    sizes: tuple = (2000,)  # numbers of spheres
+    spheres: tuple = (2000,)  # numbers of them
     friction: float = 0.0
-    size: tuple = ()  # of the body [m]
+    lengths: tuple = ()  # of the body [m]
 
     @property
     def row(self):
@@ -73,12 +73,12 @@ def torque(targets, angle):
 
 def body_of(study, part, seed, spheres, **choices):
     """The data file of a body, and the name of its runs."""
-    name = "_".join([*re.findall(r"[a-z]+", part.operation.lower())[:2], *(f"{1e3 * length:g}" for length in part.size), str(spheres), str(seed)])
+    name = "_".join([*re.findall(r"[a-z]+", part.operation.lower())[:2], *(f"{1e3 * length:g}" for length in part.lengths), str(spheres), str(seed)])
     return study.runs.body(name, n=spheres, seed=seed, density=targets_of(METALS[part.metal]).density, **choices), f"{name}_{part.metal}_{part.friction:g}"
 
 
 def upset(study, part, seed, spheres):
-    length, radius = part.size
+    length, radius = part.lengths
     body, name = body_of(study, part, seed, spheres, length=length, radius=radius)
     study.runs.run("in.upset", name, study.ranks, specimen=body, material=part.row, contact="join", friction=part.friction, strain=0.5)
     read = study.runs.curve(name, "strain", "force_lower", "force_upper")
@@ -123,7 +123,7 @@ def bend(study, part, seed, spheres):
     body, name = body_of(study, part, seed, spheres, shape="block", length=0.06, width=0.02, height=0.008)
     text = study.runs.run("in.vbend", name, study.ranks, specimen=body, material=part.row, contact="join", travel=0.008)
     bent, left = map(float, re.search(r"bent by (\S+) degrees, released (\S+) are left", text).groups())
-    study.shapes["bent"][part, spheres, seed] = bent, bent - left
+    study.shapes["springback"][part, spheres, seed] = bent - left
     read = study.runs.curve(name, "travel", "force_punch")
     return 1e3 * read["travel"], read["force_punch"]
 
@@ -168,6 +168,19 @@ def rim(study, body, name):
     return 1e3 * (max(ring.mean() for ring in rings if len(ring)) - far)
 
 
+def squat_controls(study):
+    """Differences [%] of the force on a squat cylinder from finite elements with friction, at a reduction of 0.1: without friction, slowly, and of the flow curve alone."""
+    part = next(part for part in parts_of(study) if "squat" in part.operation)
+    targets, (length, radius), at = targets_of(METALS[part.metal]), part.lengths, 0.1
+    body, _ = body_of(study, part, SEEDS[0], 2000, length=length, radius=radius)
+    loads = {"curve": 1e-6 * targets.curve.true_stress(-math.log(1.0 - at), targets.modulus)[0] * math.pi * (1e3 * radius) ** 2 / (1.0 - at)}
+    for name, choices in (("frictionless", {"friction": 0}), ("slow", {"friction": part.friction, "speed": 2})):
+        study.runs.run("in.upset", f"squat_{name}", study.ranks, specimen=body, material=part.row, contact="join", strain=0.15, **choices)
+        read = study.runs.curve(f"squat_{name}", "strain", "force_lower", "force_upper")
+        loads[name] = np.interp(at, read["strain"], 0.5 * (read["force_lower"] + read["force_upper"]))
+    return {f"squat_{name}": f"{100.0 * (load / np.interp(at, *part.curve()) - 1.0):+.0f}" for name, load in loads.items()}
+
+
 def off_at(part, travel, load, reference):
     """Differences [%] from the reference, of means over a twentieth of the last point around each of the points."""
     half, found = part.points[-1] / 40.0, []
@@ -189,22 +202,22 @@ def range_within(points, off, limit):
 
 
 def parts_of(study):
-    upsets = dict(unit="reduction of the height", columns=("reduction", "force"), points=(0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.49), measure=upset, size=(0.03, 0.01))
-    imprints = dict(unit="depth [mm]", columns=("depth", "force"), points=(0.3, 0.6, 0.9, 1.2, 1.47), measure=imprint, sizes=tuple(study.plates))
+    upsets = dict(unit="reduction of the height", columns=("reduction", "force"), points=(0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.49), measure=upset, lengths=(0.03, 0.01))
+    imprints = dict(unit="depth [mm]", columns=("depth", "force"), points=(0.3, 0.6, 0.9, 1.2, 1.47), measure=imprint, spheres=tuple(study.plates))
     grips = dict(unit="strain of the grips", columns=("strain", "force"), measure=grip)
     return [
-        Part("upsetting, friction 0.1", STEEL, "upset_steel_304_mu0.1.csv", sizes=tuple(study.spheres), friction=0.1, **upsets),
+        Part("upsetting, friction 0.1", STEEL, "upset_steel_304_mu0.1.csv", spheres=tuple(study.spheres), friction=0.1, **upsets),
         Part("upsetting, friction 0.3", STEEL, "upset_steel_304_mu0.3.csv", friction=0.3, **upsets),
         Part("upsetting, friction 0.1", ALUMINIUM, "upset_aluminium_2024T351_mu0.1.csv", friction=0.1, **upsets),
-        Part("upsetting, squat, friction 0.1", STEEL, "upset_squat_steel_304_mu0.1.csv", sizes=tuple(study.spheres), friction=0.1,
-             **{**upsets, "size": (0.015, 0.01), "points": upsets["points"][:-1]}),
+        Part("upsetting, squat, friction 0.1", STEEL, "upset_squat_steel_304_mu0.1.csv", spheres=tuple(study.spheres), friction=0.1,
+             **{**upsets, "lengths": (0.015, 0.01), "points": upsets["points"][:-1]}),
         Part("imprint of a ball", STEEL, "imprint_steel_304.csv", **imprints),
         Part("imprint of a ball", ALUMINIUM, "imprint_aluminium_2024T351.csv", **imprints),
         Part("tension, gripped", STEEL, "tension_steel_304.csv", points=(0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5), **grips),
         Part("compression, gripped", STEEL, "compression_steel_304.csv", points=(0.02, 0.05, 0.1, 0.2, 0.3, 0.35, 0.4), **grips),
         Part("torsion, gripped", STEEL, "", "angle [rad]", (), (0.02, 0.05, 0.1, 0.2, 0.4), twist),
         Part("V-bending", STEEL, "vbend_steel_304.csv", "travel [mm]", ("travel", "force"), (1.0, 2.0, 3.0, 4.0, 6.0, 7.8), bend),
-        Part("notched bar", STEEL, "notched_bar_steel_304.csv", "strain of the grips", ("strain", "force"), (0.005, 0.01, 0.02, 0.03, 0.05), notched, sizes=tuple(study.plates)),
+        Part("notched bar", STEEL, "notched_bar_steel_304.csv", "strain of the grips", ("strain", "force"), (0.005, 0.01, 0.02, 0.03, 0.05), notched, spheres=tuple(study.plates)),
     ]
 
 
@@ -235,16 +248,11 @@ def draw(study, drawn):
         study.save(figure, ("part", "curve", "travel", "force_N"), rows)
 
 
-def mean_and_scatter(values, form):
-    values = list(values)
-    return f"{np.mean(values):{form}}" + (f" ({min(values):{form}}, {max(values):{form}})" if len(values) > 1 else "")
-
-
 def main(words=None):
     with Study(__doc__, "what_to_believe", spheres=[2000, 8000], plates=[4000], bars=[2000], ranks=1).started(words) as study:
-        study.shapes = {name: {} for name in ("barrel", "volume", "recovery", "rim", "bent")}
+        study.shapes = {name: {} for name in ("barrel", "volume", "recovery", "rim", "springback")}
         verdicts, tables, drawn = [], {}, {}
-        jobs = [(part, spheres) for part in parts_of(study) for spheres in part.sizes]
+        jobs = [(part, spheres) for part in parts_of(study) for spheres in part.spheres]
         for part, spheres in study.each(jobs, lambda job: f"{job[0].operation}, {job[0].metal}, {job[1]} spheres", lambda job: job[1] ** 1.3):
             reference = part.curve()
             runs = [part.measure(study, part, seed, spheres) for seed in SEEDS]
@@ -258,25 +266,28 @@ def main(words=None):
             if part.operation in ("upsetting, friction 0.1", "imprint of a ball", "V-bending") and part.metal == STEEL:
                 drawn.setdefault(part.operation, (part, reference, {}))[2][f"{spheres} spheres"] = runs[0]
         draw(study, drawn)
-        details = "\n\n".join("\n".join(["| operation | metal | spheres | " + " | ".join(f"{point:g}" for point in points) + f" ({unit}) |", "|---" * (3 + len(points)) + "|",
-                                         *("| " + " | ".join(map(str, row)) + " |" for row in rows)]) for (unit, points), rows in tables.items())
-        shapes = []
+        details = "\n\n".join("\n".join(table(("operation", "metal", "spheres", *(f"{point:g}" for point in points[:-1]), f"{points[-1]:g} ({unit})"), rows))
+                              for (unit, points), rows in tables.items())
+        shapes, back = [], []  # back: what springs back, over that of finite elements
         for part, spheres in jobs:
             chosen = {name: [found[part, spheres, seed] for seed in SEEDS] for name, found in study.shapes.items() if (part, spheres, SEEDS[0]) in found}
             what = (part.operation, METALS[part.metal].title, spheres)
             fe = read_reference(part) if part.reference else {}
             if "barrel" in chosen and fe["reduction"][-1] == 0.5:
-                shapes.append((*what, "radius of the middle, pressed by half [mm]", mean_and_scatter(chosen["barrel"], ".2f"), f"{np.interp(0.5, fe['reduction'], fe['radius_middle']):.2f}"))
+                shapes.append((*what, "radius of the middle, pressed by half [mm]", mean_of(chosen["barrel"], ".2f"), f"{np.interp(0.5, fe['reduction'], fe['radius_middle']):.2f}"))
             if "volume" in chosen:
-                shapes.append((*what, "volume of inner spheres, released [%]", mean_and_scatter(chosen["volume"], "+.2f"), "0"))
+                shapes.append((*what, "volume of inner spheres, released [%]", mean_of(chosen["volume"], "+.2f"), "0"))
             if "rim" in chosen:
-                shapes.append((*what, "rim, released [mm]", mean_and_scatter(chosen["rim"], "+.3f"), f"{fe['pile_up'][-1]:+.3f}"))
-                shapes.append((*what, "recovery of the depth [%]", mean_and_scatter(chosen["recovery"], ".1f"), f"{recovery_of(fe):.1f}"))
-            if "bent" in chosen:
+                shapes.append((*what, "rim, released [mm]", mean_of(chosen["rim"], "+.3f"), f"{fe['pile_up'][-1]:+.3f}"))
+                shapes.append((*what, "recovery of the depth [%]", mean_of(chosen["recovery"], ".1f"), f"{recovery_of(fe):.1f}"))
+                back.append(np.mean(chosen["recovery"]) / recovery_of(fe))
+            if "springback" in chosen:
                 angles = fe["angle"]
-                shapes.append((*what, "springs back [degrees]", mean_and_scatter([back for _, back in chosen["bent"]], ".2f"), f"{angles.max() - angles[-1]:.2f}"))
+                shapes.append((*what, "springs back [degrees]", mean_of(chosen["springback"], ".2f"), f"{angles.max() - angles[-1]:.2f}"))
+                back.append(np.mean(chosen["springback"]) / (angles.max() - angles[-1]))
         bars = [taylor(study, spheres, contact) for spheres in study.each(study.bars, lambda n: f"bar of {n}", lambda n: n**1.3) for contact in ("repulsive", "join")]
-        study.write(details=details, seeds=str(len(SEEDS)),
+        more = [100.0 * (ratio - 1.0) for ratio in back]
+        study.write(details=details, seeds=str(len(SEEDS)), back=f"{min(more):.0f} to {max(more):.0f}", **squat_controls(study),
                     verdicts=(("operation", "metal", "spheres", "from, to", *(f"within {limit:g} %" for limit in LIMITS), "largest difference [%]", "bodies differ by +-"), verdicts),
                     shapes=(("operation", "metal", "spheres", "", "spheres: mean (bodies)", "finite elements"), shapes),
                     bars=(("contact", "N", "length [mm]", "off [%]", "foot radius [mm]", "off [%]", "outermost sphere [mm]"), bars))

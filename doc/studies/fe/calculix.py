@@ -186,6 +186,13 @@ def version():
     return f"CalculiX {found[1] if found else 'of unknown version'}"
 
 
+def time_reached(path):
+    """Of all steps, each of which takes a time of 1, by a .sta file, which may not be there or end in half a line."""
+    lines = path.read_text().splitlines()[2:] if path.exists() else []
+    rows = [line.split() for line in lines]
+    return max((float(row[4]) for row in rows if len(row) == 7), default=0.0)
+
+
 def run(work, name, lines):
     """Runs ccx on the lines of an input in the folder work, and returns the tables of the .dat file.
 
@@ -203,9 +210,8 @@ def run(work, name, lines):
                         child.wait(WAIT)
                         break
                     except subprocess.TimeoutExpired:
-                        status = (work / f"{name}.sta").read_text().splitlines()[2:] or ["0 0 0 0 0"]
-                        total = float(status[-1].split()[4])  # of all steps: each takes a time of 1
-                        print(f"{name}: {total:.3f} of {wanted} steps, {time.monotonic() - begun:.0f} s", flush=True)
+                        print(f"{name}: {time_reached(work / f'{name}.sta'):.3f} of {wanted} steps, "
+                              f"{time.monotonic() - begun:.0f} s", flush=True)
                     except BaseException:
                         child.kill()
                         raise

@@ -13,50 +13,6 @@
 
 namespace EVP {
 
-// n values of an atom
-static EVP_INLINE void add(double *to, const double *from, int n)
-{
-  for (int c = 0; c < n; c++) to[c] += from[c];
-}
-
-void StressSums::start(int nall, const ParticleView &view)
-{
-  nreact = view.nreact;
-  damped = view.v != nullptr;
-  sums.assign(nall, 0.0);
-  if (!view.f) return;    // commit() looks for what changes, without forces
-  for (int i = 0; i < nall; i++)
-    for (int c = 0; c < 3; c++) sums[i][NSTRESS + c] = -view.f[i][c];
-}
-
-void StressSums::add_forces(const ParticleView &view)
-{
-  for (int i = 0; i < (int) sums.size(); i++) add(sums[i] + NSTRESS, view.f[i], 3);
-}
-
-void StressSums::operator()(const PairRange &range, PairBlock &block)
-{
-  call_vectorized([&]() EVP_KERNEL {
-    const int *const partner = range.list.j.data() + range.first;
-    double half[PairBlock::SIZE];
-    for (int k = 0; k < block.n; k++) {
-      prefetch(sums[partner[k]], NSTRESS * sizeof(double));
-      half[k] = -0.5 * (damped ? block.force[k] - block.damping[k] : block.force[k]);
-    }
-    range.for_each_row([&](int i, int first, int last) EVP_KERNEL {
-      double total[NSTRESS] = {};
-      for (int k = first - range.first; k < last - range.first; k++) {
-        const double x = block.relative(0, k), y = block.relative(1, k), z = block.relative(2, k);
-        const double hx = half[k] * x, hy = half[k] * y;
-        const double share[NSTRESS] = {hx * x, hy * y, half[k] * z * z, hx * y, hx * z, hy * z};
-        add(total, share, NSTRESS);
-        if (partner[k] < nreact) add(sums[partner[k]], share, NSTRESS);
-      }
-      add(sums[i], total, NSTRESS);
-    });
-  });
-}
-
 void SphereStresses::rows_scaled(const Coefficients &coefficients)
 {
   densities.assign(pairs.atoms()->ntypes + 1, 0.0);
@@ -83,8 +39,8 @@ std::vector<StressReader *> SphereStresses::find_readers() const
 // a word tells restart files that the stresses are still to be taken, as at the end of a minimization
 void SphereStresses::update_effect()
 {
-  measures = !find_readers().empty();
-  if (measures) pairs.store().words[DUE] = {1.0};
+  measures = true;
+  pairs.store().words[DUE] = {1.0};
 }
 
 void SphereStresses::before_forces(const ParticleView &view)
@@ -105,8 +61,8 @@ void SphereStresses::add_neighbors(const PairList &bonds, int nreact)
         const int j = bonds.j[n], later = bonds.j[std::min(n + AHEAD, last)];
         prefetch(own[later], width * sizeof(double));
         prefetch(around[later], width * sizeof(double));
-        add(to, own[j], width);
-        if (j < nreact) add(around[j], from, width);
+        add_values(to, own[j], width);
+        if (j < nreact) add_values(around[j], from, width);
       }
     }
   });

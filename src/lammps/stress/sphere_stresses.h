@@ -2,12 +2,11 @@
 #pragma once
 
 #include "core/base/atom_values.h"
-#include "core/pairs/pair_block.h"
 #include "core/pairs/pairs.h"
 #include "core/stress/stress.h"
+#include "core/stress/stress_sums.h"
 #include "lammps/pairs/effect.h"
 
-#include <tuple>
 #include <vector>
 
 namespace EVP {
@@ -36,30 +35,14 @@ class StressReader {
   ~StressReader() = default;
 };
 
-/// Adds up the stresses of spheres from the forces of a loop: half of the virial of each pair, without damping.
-class StressSums final : public PairConsumer {
- public:
-  static constexpr int NSTRESS = std::tuple_size<Tensor>::value;
-
-  /// Of particles and ghosts, below nreact with the reactions: -1/2 sum of F/d r (x) r [energy], tension is positive; then the force
-  /// of all their pairs, which is the change of f by the loop.
-  AtomValues sums{NSTRESS + 3};
-
-  void start(int nall, const ParticleView &);
-  void add_forces(const ParticleView &);
-  void operator()(const PairRange &, PairBlock &) override;
-
- private:
-  int nreact = 0;
-  bool damped = false;    // do the blocks have forces of the damping?
-};
-
-/// The stresses of spheres by the forces after an update, for effects that read them. Without one it costs nothing.
+/// The stresses of spheres by the forces after an update, for the effects that read them, which stand before it in effects.cpp.
+/// Without one it does not act.
 class SphereStresses final : public Effect, protected Pointers {
  public:
   SphereStresses(LAMMPS *lmp, PairData &pair_data) : Pointers(lmp), pairs(pair_data) {}
 
   void rows_scaled(const Coefficients &) override;
+  bool begin_run(PairData &) override { return !find_readers().empty(); }
   void keep_values(BondStore &) override;
   void update_effect() override;
   void before_forces(const ParticleView &) override;
