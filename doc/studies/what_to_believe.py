@@ -276,9 +276,9 @@ def main(words=None):
             if "barrel" in chosen and fe["reduction"][-1] == 0.5:
                 shapes.append((*what, "radius of the middle, pressed by half [mm]", mean_of(chosen["barrel"], ".2f"), f"{np.interp(0.5, fe['reduction'], fe['radius_middle']):.2f}"))
             if "volume" in chosen:
-                shapes.append((*what, "volume of inner spheres, released [%]", mean_of(chosen["volume"], "+.2f"), "0"))
+                shapes.append((*what, "volume of inner spheres, released [%]", mean_of(chosen["volume"], ".2f"), "0"))
             if "rim" in chosen:
-                shapes.append((*what, "rim, released [mm]", mean_of(chosen["rim"], "+.3f"), f"{fe['pile_up'][-1]:+.3f}"))
+                shapes.append((*what, "rim, released [mm]", mean_of(chosen["rim"], ".3f"), f"{fe['pile_up'][-1]:.3f}"))
                 shapes.append((*what, "recovery of the depth [%]", mean_of(chosen["recovery"], ".1f"), f"{recovery_of(fe):.1f}"))
                 back.append(np.mean(chosen["recovery"]) / recovery_of(fe))
             if "springback" in chosen:

@@ -132,11 +132,11 @@ class Mesh:
         self.elements += len(numbers)
         return numbers.reshape(shape)
 
-    def quads(self, name, points, joined=False):
+    def quads(self, name, points):
         """CAX8R of points (2 nx + 1, 2 ny + 1, 2), from x to y counter-clockwise: nodes, elements (nx, ny).
 
         Faces: S1 y low, S2 x high, S3 y high, S4 x low."""
-        grid = self._add(points, joined)
+        grid = self._add(points, joined=False)
         places = [(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1)]
         return grid, self._elements(name, "CAX8R", grid, places)
 

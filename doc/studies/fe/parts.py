@@ -284,8 +284,9 @@ def notched(work, name, size, metal, strain, thick):
     width, thickness = (start + found["U", label][1][:, 0, axis]
                         for label, axis, start in (("BELT", 1, DEEP), ("FACE", 2, 0.5 * thick)))
     return Found(
-        f"bar of 50 x {2.0 * HALF:g} x {thick:g} mm of lammps_inputs/regions/notched.lmp, notches {HALF - DEEP:g} mm deep "
-        f"and {2.0 * ROUND:g} mm wide with round ends at mid-length, tenths of its length held at both ends: 40 mm free",
+        f"bar of 50 x {2.0 * HALF:g} x {thick:g} mm of lammps_inputs/regions/notched.lmp, notches {HALF - DEEP:g} mm "
+        f"deep and {2.0 * ROUND:g} mm wide with round ends at mid-length, tenths of its length held at both ends: "
+        "40 mm free",
         f"C3D20R of {size:g} mm at the notch in {len(layers) // 2} layers, an eighth of the bar, NLGEOM, ends held "
         "across; static",
         "strain of the grips (over 40 mm), force [N], force over the initial area at mid-length [MPa], "
