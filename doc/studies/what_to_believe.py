@@ -178,7 +178,7 @@ def squat_controls(study):
         study.runs.run("in.upset", f"squat_{name}", study.ranks, specimen=body, material=part.row, contact="join", strain=0.15, **choices)
         read = study.runs.curve(f"squat_{name}", "strain", "force_lower", "force_upper")
         loads[name] = np.interp(at, read["strain"], 0.5 * (read["force_lower"] + read["force_upper"]))
-    return {f"squat_{name}": f"{100.0 * (load / np.interp(at, *part.curve()) - 1.0):+.0f}" for name, load in loads.items()}
+    return {name: f"{100.0 * (load / np.interp(at, *part.curve()) - 1.0):+.0f}" for name, load in loads.items()}
 
 
 def off_at(part, travel, load, reference):
@@ -286,8 +286,9 @@ def main(words=None):
                 shapes.append((*what, "springs back [degrees]", mean_of(chosen["springback"], ".2f"), f"{angles.max() - angles[-1]:.2f}"))
                 back.append(np.mean(chosen["springback"]) / (angles.max() - angles[-1]))
         bars = [taylor(study, spheres, contact) for spheres in study.each(study.bars, lambda n: f"bar of {n}", lambda n: n**1.3) for contact in ("repulsive", "join")]
-        more = [100.0 * (ratio - 1.0) for ratio in back]
-        study.write(details=details, seeds=str(len(SEEDS)), back=f"{min(more):.0f} to {max(more):.0f}", **squat_controls(study),
+        more, squat = [100.0 * (ratio - 1.0) for ratio in back], squat_controls(study)
+        study.write(details=details, seeds=str(len(SEEDS)), back=f"{min(more):.0f} to {max(more):.0f}",
+                    squat_curve=squat["curve"], squat_frictionless=squat["frictionless"], squat_slow=squat["slow"],
                     verdicts=(("operation", "metal", "spheres", "from, to", *(f"within {limit:g} %" for limit in LIMITS), "largest difference [%]", "bodies differ by +-"), verdicts),
                     shapes=(("operation", "metal", "spheres", "", "spheres: mean (bodies)", "finite elements"), shapes),
                     bars=(("contact", "N", "length [mm]", "off [%]", "foot radius [mm]", "off [%]", "outermost sphere [mm]"), bars))
