@@ -26,6 +26,7 @@ SEEDS = (11, 12)  # of bodies
 LIMITS = (5.0, 8.0)  # [%]
 BAR, FREE = 0.0125, 0.04  # radius and free length [m] of gripped cylinders
 RIM, FAR = (0.004, 0.014), (0.018, 0.024)  # [m] from the axis of an imprint: where rings begin among which is the rim, and where the surface has not moved
+OUTSIDE = (0.0075, 0.024)  # [m] from the axis, outside of the imprint
 PICTURES = {"upsetting, friction 0.1": "upsetting", "imprint of a ball": "imprint", "V-bending": "v_bending"}  # names of files, by operation
 INNER = 2.0  # spheres are inner ones that are farther from the surface, in mean diameters
 
@@ -95,7 +96,7 @@ def imprint(study, part, seed, spheres):
     body, name = body_of(study, part, seed, spheres, shape="block", length=0.02, width=0.05, height=0.05)
     text = study.runs.run("in.indent", name, study.ranks, specimen=body, material=part.row, plasticity="isotropic", contact="join", tool_radius=0.015, depth=0.0015)
     study.shapes["recovery"][part, spheres, seed] = 100.0 - float(re.search(r"released: an imprint of .*, (\S+) % of the depth", text)[1])
-    study.shapes["rim"][part, spheres, seed], study.shapes["rim_fe"][part, spheres, seed] = rim(study, part, body, name)
+    study.shapes["rim"][part, spheres, seed] = rim(study, part, body, name)
     study.states[part, spheres, seed] = study.runs.folder / f"{name}_state.dump"
     read = study.runs.curve(name, "depth", "force")
     there = int(np.argmax(read["depth"])) + 1
@@ -172,16 +173,28 @@ def barrel(study, body, name):
 
 
 def rim(study, part, body, name):
-    """Heights [mm] of the rim of an imprint, of spheres and of finite elements: the highest mean of the surface in rings as wide as a sphere, over that far from the axis."""
+    """Of an imprint, each of spheres and of finite elements: height [mm] of the rim, the highest mean of the surface in rings as wide as a sphere, over that far from the axis; volume
+    [mm3] that has risen outside of the imprint; and by how much [mm3] the volume of the body has changed, 0 of finite elements."""
     start = specimen.read_data(study.runs.folder / body)
-    x, end, size = np.asarray(start.x), dump.last_positions(study.runs.folder / f"{name}_state.dump"), 2.0 * np.mean(start.radius)
+    last = dump.index([study.runs.folder / f"{name}_state.dump"])[-1].read()
+    x, size = np.asarray(start.x), 2.0 * np.mean(start.radius)
     top = x[:, 0] > x[:, 0].max() - 0.5 * size
-    risen, r = (end - x)[top, 0], np.hypot(end[top, 1], end[top, 2])
-    rings = [(a, a + size) for a in np.arange(*RIM, size / 2)]
-    spheres = [risen[(r >= inner) & (r < outer)] for inner, outer in (FAR, *rings)]
-    far, *means = [ring.mean() for ring in spheres if len(ring)]
-    far_fe, *means_fe = sections.mean_in_rings(*section_of(part).top(), 1e3 * np.array([FAR, *rings]))
-    return 1e3 * (max(means) - far), max(means_fe) - far_fe
+    risen, r = (last["x"] - x[:, 0])[top], np.hypot(last["y"], last["z"])[top]
+    rings = [FAR, *((a, a + size) for a in np.arange(*RIM, size / 2))]
+    beyond = np.linspace(*OUTSIDE, 1 + round((OUTSIDE[1] - OUTSIDE[0]) / size))
+    outside = list(zip(beyond, beyond[1:]))
+    areas = np.array([1e6 * math.pi * (outer**2 - inner**2) for inner, outer in outside])
+
+    def of_spheres(among):
+        return 1e3 * np.array([risen[(r >= inner) & (r < outer)].mean() for inner, outer in among])
+
+    def of_elements(among):
+        return sections.mean_in_rings(*section_of(part).top(), 1e3 * np.array(among))
+
+    heights = [of(rings) for of in (of_spheres, of_elements)]
+    volume = 1e9 * specimen.read_body(study.runs.folder / body)["volume"]
+    return {"rim [mm]": [max(means[1:]) - means[0] for means in heights], "volume of the rim [mm3]": [of(outside) @ areas for of in (of_spheres, of_elements)],
+            "volume of the body [mm3]": [volume * np.average(last["volume_strain"], weights=last["radius"] ** 3), 0.0]}
 
 
 def section_of(part):
@@ -286,7 +299,7 @@ def draw(study, name, part, reference, found):
 
 def main(words=None):
     with Study(__doc__, "what_to_believe", spheres=[2000, 8000], plates=[4000], bars=[2000], ranks=1).started(words) as study:
-        study.shapes, study.states = {name: {} for name in ("barrel", "volume", "plastic", "recovery", "rim", "rim_fe", "springback")}, {}
+        study.shapes, study.states = {name: {} for name in ("barrel", "volume", "plastic", "recovery", "rim", "springback")}, {}
         verdicts, tables, drawn = [], {}, {}
         jobs = [(part, spheres) for part in parts_of(study) for spheres in part.spheres]
         for part, spheres in study.each(jobs, lambda job: f"{job[0].operation}, {job[0].metal}, {job[1]} spheres", lambda job: job[1] ** 1.3):
@@ -317,7 +330,9 @@ def main(words=None):
             if "volume" in chosen:
                 shapes.append((*what, "volume of inner spheres, released [%]", mean_of(chosen["volume"], ".2f"), "0"))
             if "rim" in chosen:
-                shapes.append((*what, "rim, released [mm]", mean_of(chosen["rim"], ".3f"), f"{np.mean(chosen['rim_fe']):.3f}"))
+                for which, form in (("rim [mm]", ".3f"), ("volume of the rim [mm3]", ".0f"), ("volume of the body [mm3]", ".0f")):
+                    spheres_own, fe_own = zip(*(found[which] for found in chosen["rim"]))
+                    shapes.append((*what, which.replace(" [", ", released ["), mean_of(spheres_own, form), f"{np.mean(fe_own):{form}}"))
                 shapes.append((*what, "recovery of the depth [%]", mean_of(chosen["recovery"], ".1f"), f"{recovery_of(fe):.1f}"))
                 back.append(np.mean(chosen["recovery"]) / recovery_of(fe))
             if "springback" in chosen:
