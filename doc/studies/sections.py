@@ -101,4 +101,4 @@ def draw(axis, discs, cells, window, tools, across):
     axis.set(xlim=(left, right), ylim=(low, high), aspect="equal", xlabel=across, ylabel="height [mm]")
     axis.xaxis.set_major_formatter(lambda x, _: f"{abs(x):g}")
     axis.grid(False)
-    axis.figure.colorbar(filled, ax=axis, extend="max", shrink=0.85, pad=0.02, label="equivalent plastic strain")
+    axis.figure.colorbar(filled, cax=axis.inset_axes((1.02, 0.0, 0.02, 1.0)), extend="max", label="equivalent plastic strain")

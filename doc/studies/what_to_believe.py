@@ -274,7 +274,7 @@ def scene(part, state):
     if part.measure is imprint:
         return sections.read_discs(state, "y", "x", zero=(0.0, 0.02)), cells, (-15.0, 15.0, -12.0, 2.5), [((0.0, 15.0 - 1.5), 15.0)], "from the axis [mm]"
     tools = [((0.0, 4.0), 4.0), ((-24.0, -4.0), 4.0), ((24.0, -4.0), 4.0)]  # the punch is 8 mm below the upper face
-    return sections.read_discs(state, "x", "z", zero=(0.03, -0.004)), sections.Cells(cells.layer, cells.corners * (-1, 1), cells.plastic), (-32.0, 32.0, -10.0, 10.0), tools, "from mid-length [mm]"
+    return sections.read_discs(state, "x", "z", zero=(0.03, -0.004)), sections.Cells(cells.layer, cells.corners * (-1, 1), cells.plastic), (-32.0, 32.0, -10.0, 13.0), tools, "from mid-length [mm]"
 
 
 def draw(study, name, part, reference, found):

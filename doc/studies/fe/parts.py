@@ -270,6 +270,7 @@ def vbend(work, name, size, metal):
     force = -4.0 * force[:, 0, 2]
     a, b = ((own + found["U", label][1]).mean(axis=1) for own, label in zip(at, "AB"))
     rows = np.flatnonzero((times <= 1.0) | (times == times[-1]))
+    loaded, free = (positions(mesh, nodes[:, 0], found["U", "SYMMETRY"][1][row], (0, 2)) for row in rows[-2:])
     return Found(
         f"V-bending of a sheet {LENGTH:g} x {WIDTH:g} x {SHEET:g} mm, supports {SPAN * LENGTH:g} mm apart, punch and "
         f"supports cylinders of radius {TOOL:g} mm, friction {RUBBING:g}; the last row is without tools",
@@ -279,10 +280,10 @@ def vbend(work, name, size, metal):
         "sections at 0.15 and 0.35 of the length",
         {"travel": TRAVEL * np.minimum(times, 1.0)[rows], "force": force[rows] * (times[rows] <= 1.0),
          "angle": np.degrees(2.0 * np.arctan2(a[:, 2] - b[:, 2], b[:, 0] - a[:, 0]))[rows]},
-        Section("left half of the section at mid-width, when the tools are away; x = 0 is mid-length, z = 0 the lower "
-                "face at the start; plastic strains are those of integration points "
+        Section("left half of the section at mid-width, when the tools are away; x = 0 is mid-length; z = 0 is the lower "
+                "face at the start, and its middle is where it was at the end of the load; plastic strains are those of integration points "
                 f"{0.5 * WIDTH / size[1] * (0.5 - 0.5 / 3.0 ** 0.5):.2g} mm beside it",
-                ("x", "z"), *cells(positions(mesh, nodes[:, 0], found["U", "SYMMETRY"][1][-1], (0, 2)) - (half, 0.0),
+                ("x", "z"), *cells(free + loaded[-1, 0] - free[-1, 0] - (half, 0.0),
                               found["PEEQ", "BODY"][1][-1].reshape(*elements.shape, 2, 2, 2)[:, 0, :, :, 0])))
 
 
