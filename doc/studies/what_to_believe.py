@@ -194,7 +194,7 @@ def rim(study, part, body, name):
     heights = [of(rings) for of in (of_spheres, of_elements)]
     volume = 1e9 * specimen.read_body(study.runs.folder / body)["volume"]
     return {"rim [mm]": [max(means[1:]) - means[0] for means in heights], "volume of the rim [mm3]": [of(outside) @ areas for of in (of_spheres, of_elements)],
-            "volume of the body [mm3]": [volume * np.average(last["volume_strain"], weights=last["radius"] ** 3), 0.0]}
+            "change of the body's volume [mm3]": [volume * np.average(last["volume_strain"], weights=last["radius"] ** 3), 0.0]}
 
 
 def section_of(part):
@@ -291,7 +291,7 @@ def draw(study, name, part, reference, found):
         left.legend()
         discs, cells, window, tools, across = scene(part, study.states[part, max(found), SEEDS[0]])
         sections.draw(right, discs, cells, window, tools, across)
-        right.set_title(f"{max(found)} spheres; dotted: outline of the finite elements", loc="left", fontsize=11)
+        right.set_title(f"{max(found)} spheres (dotted: finite elements)", loc="left", fontsize=11)
         right.set_title("finite elements", loc="right", fontsize=11)
         rows += [("section", f"{x:.4f}", f"{y:.4f}", f"{radius:.4f}", f"{p:.4g}") for (x, y), radius, p in zip(*discs)]
         study.save(figure, ("curve", "travel or x_mm", "force_N or y_mm", "radius_mm", "plastic_strain"), rows, f"_{name}")
@@ -330,7 +330,7 @@ def main(words=None):
             if "volume" in chosen:
                 shapes.append((*what, "volume of inner spheres, released [%]", mean_of(chosen["volume"], ".2f"), "0"))
             if "rim" in chosen:
-                for which, form in (("rim [mm]", ".3f"), ("volume of the rim [mm3]", ".0f"), ("volume of the body [mm3]", ".0f")):
+                for which, form in (("rim [mm]", ".3f"), ("volume of the rim [mm3]", ".1f"), ("change of the body's volume [mm3]", ".1f")):
                     spheres_own, fe_own = zip(*(found[which] for found in chosen["rim"]))
                     shapes.append((*what, which.replace(" [", ", released ["), mean_of(spheres_own, form), f"{np.mean(fe_own):{form}}"))
                 shapes.append((*what, "recovery of the depth [%]", mean_of(chosen["recovery"], ".1f"), f"{recovery_of(fe):.1f}"))

@@ -118,6 +118,8 @@ def upset(work, name, size, metal, radius, height, friction, pressed):
     volume = found["EVOL", "BODY"][1][:, :, 0]
     points = found["PEEQ", "BODY"][1].reshape(*volume.shape, -1)
     plastic = points.mean(axis=2)
+    section = cells(positions(mesh, nodes, found["U", "SECTION"][1][-1], (0, 1)),
+                    points[-1].reshape(*elements.shape, 8)[:, :, :4])
     return Found(
         f"upsetting of a cylinder, radius {radius:g} mm, height {height:g} mm, between rigid flat plates, "
         f"friction {friction:g}",
@@ -131,8 +133,7 @@ def upset(work, name, size, metal, radius, height, friction, pressed):
          "p_10": share_below(plastic, volume, 0.1), "p_90": share_below(plastic, volume, 0.9),
          "p_max": plastic.max(axis=1)},
         Section(f"half of the axial section, pressed by {pressed:g} of the height; r from the axis, z from mid-height",
-                ("r", "z"), *cells(positions(mesh, nodes, found["U", "SECTION"][1][-1], (0, 1)),
-                              points[-1].reshape(*elements.shape, 8)[:, :, :4])))
+                ("r", "z"), *section))
 
 
 # ---- imprint of a ball ----
@@ -184,6 +185,8 @@ def imprint(work, name, size, metal):
     gap = np.hypot(at[:, :, 0], at[:, :, 1] - (top + BALL - depth[:, None])) - BALL
     contact = np.array([contact_edge(*row) for row in zip(gap, at[:, :, 0], force)])
     area = np.pi * contact**2
+    section = cells(positions(mesh, nodes, found["U", "SECTION"][1][last - 1], (0, 1)) - (0.0, top),
+                    found["PEEQ", "BODY"][1][last - 1].reshape(*elements.shape, 8)[:, :, :4])
     return Found(
         f"ball of radius {BALL:g} mm, rigid, no friction, pressed {DEPTH:g} mm into a disc of radius {DISC:.1f} mm "
         f"(2500 mm2), {THICK:g} mm thick, lowest {HELD:g} mm held; then drawn back until it does not touch",
@@ -195,8 +198,7 @@ def imprint(work, name, size, metal):
          "pile_up": moved[:, :, 1].max(axis=1)},
         Section("half of the axial section, when the ball does not touch any more; r from the axis, z = 0 is the "
                 "surface at the start",
-                ("r", "z"), *cells(positions(mesh, nodes, found["U", "SECTION"][1][last - 1], (0, 1)) - (0.0, top),
-                              found["PEEQ", "BODY"][1][last - 1].reshape(*elements.shape, 8)[:, :, :4])))
+                ("r", "z"), *section))
 
 
 # ---- cylinder between grips ----
@@ -271,6 +273,8 @@ def vbend(work, name, size, metal):
     a, b = ((own + found["U", label][1]).mean(axis=1) for own, label in zip(at, "AB"))
     rows = np.flatnonzero((times <= 1.0) | (times == times[-1]))
     loaded, free = (positions(mesh, nodes[:, 0], found["U", "SYMMETRY"][1][row], (0, 2)) for row in rows[-2:])
+    section = cells(free + loaded[-1, 0] - free[-1, 0] - (half, 0.0),
+                    found["PEEQ", "BODY"][1][-1].reshape(*elements.shape, 2, 2, 2)[:, 0, :, :, 0])
     return Found(
         f"V-bending of a sheet {LENGTH:g} x {WIDTH:g} x {SHEET:g} mm, supports {SPAN * LENGTH:g} mm apart, punch and "
         f"supports cylinders of radius {TOOL:g} mm, friction {RUBBING:g}; the last row is without tools",
@@ -280,11 +284,10 @@ def vbend(work, name, size, metal):
         "sections at 0.15 and 0.35 of the length",
         {"travel": TRAVEL * np.minimum(times, 1.0)[rows], "force": force[rows] * (times[rows] <= 1.0),
          "angle": np.degrees(2.0 * np.arctan2(a[:, 2] - b[:, 2], b[:, 0] - a[:, 0]))[rows]},
-        Section("left half of the section at mid-width, when the tools are away; x = 0 is mid-length; z = 0 is the lower "
-                "face at the start, and its middle is where it was at the end of the load; plastic strains are those of integration points "
-                f"{0.5 * WIDTH / size[1] * (0.5 - 0.5 / 3.0 ** 0.5):.2g} mm beside it",
-                ("x", "z"), *cells(free + loaded[-1, 0] - free[-1, 0] - (half, 0.0),
-                              found["PEEQ", "BODY"][1][-1].reshape(*elements.shape, 2, 2, 2)[:, 0, :, :, 0])))
+        Section("left half of the section at mid-width, when the tools are away; x = 0 is mid-length; z = 0 is the "
+                "lower face at the start, and its middle is where it was at the end of the load; plastic strains are "
+                f"those of integration points {0.5 * WIDTH / size[1] * (0.5 - 0.5 / 3.0 ** 0.5):.2g} mm beside it",
+                ("x", "z"), *section))
 
 
 # ---- notched bar ----
