@@ -210,9 +210,9 @@ class Study:
             figures.legend_below(axis, 2, handlelength=3.0)
             return self.save(figure, header, [(label, f"{a:.6g}", f"{b:.6g}") for label, values in curves.items() for a, b in zip(*values)])
 
-    def save(self, figure, header, rows):
-        """Writes figures/NAME.png beside the page, and its CSV."""
-        return figures.save(figure, self.out.parent / "figures" / f"{self.out.stem}.png", header, rows)
+    def save(self, figure, header, rows, more=""):
+        """Writes figures/NAME.png beside the page, with more behind NAME, and its CSV."""
+        return figures.save(figure, self.out.parent / "figures" / f"{self.out.stem}{more}.png", header, rows)
 
 
 def tangent(curve, x, y):

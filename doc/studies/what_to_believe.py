@@ -15,6 +15,7 @@ import numpy as np
 from evp import dump, figures, specimen
 from evp.calibration import MISES
 from metals import METALS, targets_of
+import sections
 
 POTENTIALS = CHECKOUT / "potentials" / "metals.evp"
 REGIONS = CHECKOUT / "lammps_inputs" / "regions"
@@ -24,7 +25,9 @@ LENGTH, FOOT = 0.0214, 0.0071  # [m] of the Taylor bar of 32.4 x 6.4 mm at 227 m
 SEEDS = (11, 12)  # of bodies
 LIMITS = (5.0, 8.0)  # [%]
 BAR, FREE = 0.0125, 0.04  # radius and free length [m] of gripped cylinders
-FAR = (0.018, 0.024)  # [m] from the axis of an imprint, where the surface has not moved
+RIM, FAR = (0.004, 0.014), (0.018, 0.024)  # [m] from the axis of an imprint: where rings begin among which is the rim, and where the surface has not moved
+OUTSIDE = (0.0075, 0.024)  # [m] from the axis, outside of the imprint
+PICTURES = {"upsetting, friction 0.1": "upsetting", "imprint of a ball": "imprint", "V-bending": "v_bending"}  # names of files, by operation
 INNER = 2.0  # spheres are inner ones that are farther from the surface, in mean diameters
 
 
@@ -84,6 +87,8 @@ def upset(study, part, seed, spheres):
     read = study.runs.curve(name, "strain", "force_lower", "force_upper")
     study.shapes["barrel"][part, spheres, seed] = 1e3 * radius * barrel(study, body, name)
     study.shapes["volume"][part, spheres, seed] = inner_volume(study, body, name)
+    study.shapes["plastic"][part, spheres, seed] = plastic_shares(study, name)
+    study.states[part, spheres, seed] = study.runs.folder / f"{name}_state.dump"
     return read["strain"], 0.5 * (read["force_lower"] + read["force_upper"])
 
 
@@ -91,7 +96,8 @@ def imprint(study, part, seed, spheres):
     body, name = body_of(study, part, seed, spheres, shape="block", length=0.02, width=0.05, height=0.05)
     text = study.runs.run("in.indent", name, study.ranks, specimen=body, material=part.row, plasticity="isotropic", contact="join", tool_radius=0.015, depth=0.0015)
     study.shapes["recovery"][part, spheres, seed] = 100.0 - float(re.search(r"released: an imprint of .*, (\S+) % of the depth", text)[1])
-    study.shapes["rim"][part, spheres, seed] = rim(study, body, name)
+    study.shapes["rim"][part, spheres, seed] = rim(study, part, body, name)
+    study.states[part, spheres, seed] = study.runs.folder / f"{name}_state.dump"
     read = study.runs.curve(name, "depth", "force")
     there = int(np.argmax(read["depth"])) + 1
     return 1e3 * read["depth"][:there], read["force"][:there]
@@ -124,6 +130,7 @@ def bend(study, part, seed, spheres):
     text = study.runs.run("in.vbend", name, study.ranks, specimen=body, material=part.row, contact="join", travel=0.008)
     bent, left = map(float, re.search(r"bent by (\S+) degrees, released (\S+) are left", text).groups())
     study.shapes["springback"][part, spheres, seed] = bent - left
+    study.states[part, spheres, seed] = study.runs.folder / f"{name}_state.dump"
     read = study.runs.curve(name, "travel", "force_punch")
     return 1e3 * read["travel"], read["force_punch"]
 
@@ -147,6 +154,14 @@ def inner_volume(study, body, name):
     return 100.0 * (after[kept].sum() / before[kept].sum() - 1.0)
 
 
+def plastic_shares(study, name, shares=(0.1, 0.9)):
+    """Plastic strains that shares of the volume of the spheres are below."""
+    last = dump.index([study.runs.folder / f"{name}_state.dump"])[-1].read()
+    order = np.argsort(last["plastic_strain"])
+    volume = np.cumsum(last["radius"][order] ** 3)
+    return last["plastic_strain"][order][np.searchsorted(volume, np.array(shares) * volume[-1])]
+
+
 def barrel(study, body, name):
     """Radius of the middle of an upset cylinder over that at the start: of the disc with the mean square distance of its spheres from the axis."""
     start = specimen.read_data(study.runs.folder / body)
@@ -157,15 +172,34 @@ def barrel(study, body, name):
     return math.sqrt(squares[1] / squares[0])
 
 
-def rim(study, body, name):
-    """Height [mm] of the rim of an imprint: the highest mean of the surface, in rings as wide as a sphere, over where it was."""
+def rim(study, part, body, name):
+    """Of an imprint, each of spheres and of finite elements: height [mm] of the rim, the highest mean of the surface in rings as wide as a sphere, over that far from the axis; volume
+    [mm3] that has risen outside of the imprint; and by how much [mm3] the volume of the body has changed, 0 of finite elements."""
     start = specimen.read_data(study.runs.folder / body)
+    last = dump.index([study.runs.folder / f"{name}_state.dump"])[-1].read()
     x, size = np.asarray(start.x), 2.0 * np.mean(start.radius)
     top = x[:, 0] > x[:, 0].max() - 0.5 * size
-    risen, r = dump.last_positions(study.runs.folder / f"{name}_state.dump")[top, 0] - x[top, 0], np.hypot(x[top, 1], x[top, 2])
-    far = risen[(r > FAR[0]) & (r < FAR[1])].mean()
-    rings = [risen[(r >= a) & (r < a + size)] for a in np.arange(0.004, 0.014, size / 2)]
-    return 1e3 * (max(ring.mean() for ring in rings if len(ring)) - far)
+    risen, r = (last["x"] - x[:, 0])[top], np.hypot(last["y"], last["z"])[top]
+    rings = [FAR, *((a, a + size) for a in np.arange(*RIM, size / 2))]
+    beyond = np.linspace(*OUTSIDE, 1 + round((OUTSIDE[1] - OUTSIDE[0]) / size))
+    outside = list(zip(beyond, beyond[1:]))
+    areas = np.array([1e6 * math.pi * (outer**2 - inner**2) for inner, outer in outside])
+
+    def of_spheres(among):
+        return 1e3 * np.array([risen[(r >= inner) & (r < outer)].mean() for inner, outer in among])
+
+    def of_elements(among):
+        return sections.mean_in_rings(*section_of(part).top(), 1e3 * np.array(among))
+
+    heights = [of(rings) for of in (of_spheres, of_elements)]
+    volume = 1e9 * specimen.read_body(study.runs.folder / body)["volume"]
+    return {"rim [mm]": [max(means[1:]) - means[0] for means in heights], "volume of the rim [mm3]": [of(outside) @ areas for of in (of_spheres, of_elements)],
+            "change of the body's volume [mm3]": [volume * np.average(last["volume_strain"], weights=last["radius"] ** 3), 0.0]}
+
+
+def section_of(part):
+    """Cells of the finite elements at the end."""
+    return sections.read_cells(STUDIES / "fe" / part.reference.replace(".csv", "_section.csv"))
 
 
 def squat_controls(study):
@@ -229,28 +263,43 @@ def taylor(study, spheres, contact):
     return [contact, spheres, f"{1e3 * length:.2f}", f"{100 * (length / LENGTH - 1):+.1f}", f"{1e3 * foot:.2f}", f"{100 * (foot / FOOT - 1):+.1f}", f"{1e3 * outer:.2f}"]
 
 
-def draw(study, drawn):
-    """Load over travel of both codes, a panel for each part in drawn: {title: (part, reference, {label: (travel, load)})}."""
-    rows = []
+def scene(part, state):
+    """Spheres of a state and cells of a section, (left, right, low, high) of the picture, tools as they are at the end of the load, and what is left and right of the axis [mm]."""
+    cells = section_of(part)
+    if part.measure is upset:
+        length, radius = (1e3 * size for size in part.lengths)
+        end, wide, high = 0.25 * length, 1.7 * radius, 0.3 * length  # pressed by half
+        plates = [np.array([(-wide, way * end), (wide, way * end), (wide, way * high), (-wide, way * high)]) for way in (-1, 1)]
+        return sections.read_discs(state, "y", "x", zero=(0.0, None)), cells.mirrored((1, -1)), (-wide, wide, -high, high), plates, "from the axis [mm]"
+    if part.measure is imprint:
+        return sections.read_discs(state, "y", "x", zero=(0.0, 0.02)), cells, (-15.0, 15.0, -12.0, 2.5), [((0.0, 15.0 - 1.5), 15.0)], "from the axis [mm]"
+    tools = [((0.0, 4.0), 4.0), ((-24.0, -4.0), 4.0), ((24.0, -4.0), 4.0)]  # the punch is 8 mm below the upper face
+    return sections.read_discs(state, "x", "z", zero=(0.03, -0.004)), sections.Cells(cells.layer, cells.corners * (-1, 1), cells.plastic), (-32.0, 32.0, -10.0, 13.0), tools, "from mid-length [mm]"
+
+
+def draw(study, name, part, reference, found):
+    """figures/what_to_believe_NAME.png: load over travel of both codes, and the section of each; found: {spheres: (travel, load)}. The CSV has the curves, and the spheres of the
+    section; doc/studies/fe has the cells."""
     with figures.plt.rc_context(figures.LOOK):
-        figure, axes = figures.plt.subplots(1, len(drawn), figsize=(13.0, 4.2))
-        for axis, (title, (part, reference, found)) in zip(axes, drawn.items()):
-            kept = reference[0] <= 1.02 * part.points[-1]
-            axis.plot(reference[0][kept], reference[1][kept] / 1e3, color="black", linewidth=1.4, label="finite elements")
-            rows += [(title, "finite elements", f"{a:.6g}", f"{b:.6g}") for a, b in zip(*reference)]
-            for k, (label, (travel, load)) in enumerate(found.items(), start=1):
-                axis.plot(travel, load / 1e3, label=label, **figures.line_style(k))
-                rows += [(title, label, f"{a:.6g}", f"{b:.6g}") for a, b in zip(travel, load)]
-            axis.set(title=title, xlim=(0, None), ylim=(0, None), xlabel=part.unit)
-            axis.legend()
-        axes[0].set_ylabel("force [kN]")
-        figure.tight_layout()
-        study.save(figure, ("part", "curve", "travel", "force_N"), rows)
+        figure, (left, right) = figures.plt.subplots(1, 2, figsize=(13.5, 4.2), width_ratios=(1.0, 2.0), layout="constrained")
+        left.plot(reference[0], reference[1] / 1e3, color="black", linewidth=1.4, label="finite elements")
+        rows = [("finite elements", f"{a:.6g}", f"{b:.6g}", "", "") for a, b in zip(*reference)]
+        for k, (spheres, (travel, load)) in enumerate(found.items(), start=1):
+            left.plot(travel, load / 1e3, label=f"{spheres} spheres", **figures.line_style(k))
+            rows += [(f"{spheres} spheres", f"{a:.6g}", f"{b:.6g}", "", "") for a, b in zip(travel, load)]
+        left.set(xlim=(0, None), ylim=(0, None), xlabel=part.unit, ylabel="force [kN]")
+        left.legend()
+        discs, cells, window, tools, across = scene(part, study.states[part, max(found), SEEDS[0]])
+        sections.draw(right, discs, cells, window, tools, across)
+        right.set_title(f"{max(found)} spheres (dotted: finite elements)", loc="left", fontsize=11)
+        right.set_title("finite elements", loc="right", fontsize=11)
+        rows += [("section", f"{x:.4f}", f"{y:.4f}", f"{radius:.4f}", f"{p:.4g}") for (x, y), radius, p in zip(*discs)]
+        study.save(figure, ("curve", "travel or x_mm", "force_N or y_mm", "radius_mm", "plastic_strain"), rows, f"_{name}")
 
 
 def main(words=None):
     with Study(__doc__, "what_to_believe", spheres=[2000, 8000], plates=[4000], bars=[2000], ranks=1).started(words) as study:
-        study.shapes = {name: {} for name in ("barrel", "volume", "recovery", "rim", "springback")}
+        study.shapes, study.states = {name: {} for name in ("barrel", "volume", "plastic", "recovery", "rim", "springback")}, {}
         verdicts, tables, drawn = [], {}, {}
         jobs = [(part, spheres) for part in parts_of(study) for spheres in part.spheres]
         for part, spheres in study.each(jobs, lambda job: f"{job[0].operation}, {job[0].metal}, {job[1]} spheres", lambda job: job[1] ** 1.3):
@@ -263,9 +312,10 @@ def main(words=None):
             verdicts.append((part.operation, title, spheres, f"{part.points[0]:g} to {part.points[-1]:g}, {part.unit}", *(range_within(part.points, off, limit) for limit in LIMITS),
                              f"{off[worst]:+.1f} at {part.points[worst]:g}", f"{np.abs(each - off).max():.1f}"))
             tables.setdefault((part.unit, part.points), []).append((part.operation, title, spheres, *(f"{value:+.1f}" for value in off)))
-            if part.operation in ("upsetting, friction 0.1", "imprint of a ball", "V-bending") and part.metal == STEEL:
-                drawn.setdefault(part.operation, (part, reference, {}))[2][f"{spheres} spheres"] = runs[0]
-        draw(study, drawn)
+            if part.operation in PICTURES and part.metal == STEEL:
+                drawn.setdefault(part, (PICTURES[part.operation], reference, {}))[2][spheres] = runs[0]
+        for part, (name, reference, found) in drawn.items():
+            draw(study, name, part, reference, found)
         details = "\n\n".join("\n".join(table(("operation", "metal", "spheres", *(f"{point:g}" for point in points[:-1]), f"{points[-1]:g} ({unit})"), rows))
                               for (unit, points), rows in tables.items())
         shapes, back = [], []  # back: what springs back, over that of finite elements
@@ -275,10 +325,14 @@ def main(words=None):
             fe = read_reference(part) if part.reference else {}
             if "barrel" in chosen and fe["reduction"][-1] == 0.5:
                 shapes.append((*what, "radius of the middle, pressed by half [mm]", mean_of(chosen["barrel"], ".2f"), f"{np.interp(0.5, fe['reduction'], fe['radius_middle']):.2f}"))
+                shapes.append((*what, "plastic strain, 10 and 90 % of the volume are below", *("{:.2f}, {:.2f}".format(*ends) for ends in (
+                    np.mean(chosen["plastic"], axis=0), [np.interp(0.5, fe["reduction"], fe[f"p_{share}"]) for share in (10, 90)]))))
             if "volume" in chosen:
                 shapes.append((*what, "volume of inner spheres, released [%]", mean_of(chosen["volume"], ".2f"), "0"))
             if "rim" in chosen:
-                shapes.append((*what, "rim, released [mm]", mean_of(chosen["rim"], ".3f"), f"{fe['pile_up'][-1]:.3f}"))
+                for which, form in (("rim [mm]", ".3f"), ("volume of the rim [mm3]", ".1f"), ("change of the body's volume [mm3]", ".1f")):
+                    spheres_own, fe_own = zip(*(found[which] for found in chosen["rim"]))
+                    shapes.append((*what, which.replace(" [", ", released ["), mean_of(spheres_own, form), f"{np.mean(fe_own):{form}}"))
                 shapes.append((*what, "recovery of the depth [%]", mean_of(chosen["recovery"], ".1f"), f"{recovery_of(fe):.1f}"))
                 back.append(np.mean(chosen["recovery"]) / recovery_of(fe))
             if "springback" in chosen:

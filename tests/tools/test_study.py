@@ -18,6 +18,7 @@ import metals
 import notched_tension
 import numpy as np
 import pytest
+import sections
 import stir
 import study
 from accuracy_cost import SCENES, Run
@@ -124,6 +125,27 @@ def test_rows_of_the_updates_are_shipped():
     """Whole, and with what is added."""
     rows = [limits.coefficients(case.row, case.more) for case in limits.CASES]
     assert all(len(row.split()) > 20 and row.split()[1:3] == ["8", "4"] for row in rows) and rows[-1].endswith(" rate 0.014 1")
+
+
+# ---- sections of finite elements, for what_to_believe ----
+
+
+def test_section_of_an_upset_cylinder_has_its_volume_and_plastic_strain():
+    """Both are what the table of the same run has; what is flat stays flat in rings, and the outline leaves the axis out."""
+    cells = sections.read_cells(study.STUDIES / "fe" / "upset_steel_304_mu0.1_section.csv")
+    a, b = cells.corners[:, 2] - cells.corners[:, 0], cells.corners[:, 3] - cells.corners[:, 1]
+    volume = np.pi * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) * cells.corners[:, :, 0].mean(axis=1)
+    assert volume.sum() == pytest.approx(np.pi * 10.0**2 * 15.0, rel=4e-3), "it is pressed by 0.2 % of it"
+    table = np.genfromtxt([line for line in (study.STUDIES / "fe" / "upset_steel_304_mu0.1.csv").read_text().splitlines() if line[0] != "#"], delimiter=",", names=True)
+    assert np.average(cells.plastic, weights=volume) == pytest.approx(table["p_mean"][-1], rel=2e-3)
+    assert sections.mean_in_rings(*cells.top(), [(1.0, 4.0), (5.0, 9.0)]) == pytest.approx([7.5, 7.5], abs=2e-3), "the plate is touched by 0.001 mm"
+    edge = sections.outline(cells.mirrored((1, -1)))
+    assert np.abs(edge[:, :, 0]).max() == pytest.approx(table["radius_middle"][-1], abs=1e-3) and np.abs(edge[:, :, 1]).max() == pytest.approx(7.5, abs=1e-3)
+    assert not np.any(np.all(np.abs(edge[:, :, 1]) < 1e-9, axis=1)), "the halves have no edge between them"
+
+
+def test_means_in_rings_are_by_area():
+    assert sections.mean_in_rings([0.0, 10.0], [0.0, 10.0], [(0.0, 3.0), (4.0, 6.0)]) == pytest.approx([2.0, (216 - 64) / 1.5 / (36 - 16)], rel=1e-3)
 
 
 # ---- metals ----

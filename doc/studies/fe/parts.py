@@ -7,7 +7,8 @@
   parts.py vbend_steel_304 --work runs      keeps the files of CalculiX in runs; runs that it has are not repeated
 
 Writes NAME.csv beside this program; its header says geometry, friction, flow curve, mesh, and the result of a check of
-the mesh: each case is also run with coarser elements. Needs ccx (Debian: apt-get install calculix-ccx).
+the mesh: each case is also run with coarser elements. Of some cases also NAME_section.csv: the section of the body at
+the end, in cells with their plastic strain. Needs ccx (Debian: apt-get install calculix-ccx).
 """
 
 import argparse
@@ -16,7 +17,7 @@ import pathlib
 import sys
 import tempfile
 import time
-from typing import Callable, NamedTuple
+from typing import Callable, NamedTuple, Optional
 
 import calculix
 import numpy as np
@@ -27,6 +28,15 @@ WEDGE = 180.0  # the forces of axisymmetric elements are those of a wedge of 2 d
 HOLE = 0.02  # radius at which meshes with contact on the axis begin: an element that ends in a point has no contact
 
 
+class Section(NamedTuple):
+    """Cells of a section of the body at the end, a quarter of an element each, around its integration point."""
+
+    words: str  # which section, when, and its coordinates
+    titles: tuple  # of the two coordinates
+    corners: np.ndarray  # (columns, layers, 4, 2) [mm]; layers from the lowest one
+    plastic: np.ndarray  # (columns, layers)
+
+
 class Found(NamedTuple):
     """Of a run: lines on geometry, mesh and columns for the header, and the columns {title: (n,)}; the first one is the
     displacement of the load, and one is the force [N]."""
@@ -35,6 +45,7 @@ class Found(NamedTuple):
     mesh: str
     meaning: str
     columns: dict
+    section: Optional[Section] = None
 
 
 class Part(NamedTuple):
@@ -58,6 +69,29 @@ def share_below(values, weights, share):
     return np.array(out)
 
 
+def cells(at, plastic):
+    """Corners (2 nx, 2 ny, 4, 2) and plastic strains (2 nx, 2 ny) of quadratic elements.
+
+    at: positions (2 nx + 1, 2 ny + 1, 2) of their nodes, without those of the middles of elements; plastic (nx, ny, 4):
+    of integration points, along the first direction first."""
+    at = at.copy()
+    edges, corners = (at[:-1:2, 1::2] + at[2::2, 1::2] + at[1::2, :-1:2] + at[1::2, 2::2],
+                      at[:-1:2, :-1:2] + at[2::2, :-1:2] + at[:-1:2, 2::2] + at[2::2, 2::2])
+    at[1::2, 1::2] = 0.5 * edges - 0.25 * corners  # by the functions of an element of eight nodes
+    nx, ny = plastic.shape[:2]
+    values = plastic.reshape(nx, ny, 2, 2).transpose(0, 3, 1, 2).reshape(2 * nx, 2 * ny)
+    return np.stack([at[:-1, :-1], at[1:, :-1], at[1:, 1:], at[:-1, 1:]], axis=2), values
+
+
+def positions(mesh, grid, moved, axes):
+    """(..., 2) of the nodes of a grid by their displacements moved (n, 3), of a set of all of them; 0 where there is
+    none."""
+    at = np.zeros((*grid.shape, 2))
+    there = grid > 0
+    at[there] = mesh.at(grid[there])[:, axes] + moved[np.searchsorted(np.unique(grid[there]), grid[there])][:, axes]
+    return at
+
+
 # ---- upsetting ----
 
 def upset(work, name, size, metal, radius, height, friction, pressed):
@@ -70,19 +104,22 @@ def upset(work, name, size, metal, radius, height, friction, pressed):
     plate = np.meshgrid(np.linspace(0.0, 2.2 * radius, 25), half + np.linspace(0.0, 2.0, 3), indexing="ij")
     plates, faces = mesh.quads("TOOLS", np.stack(plate, -1))
     for label, own in (("TOOL", plates), ("AXIS", nodes[0]), ("MIDDLE", nodes[:, 0]), ("BELT", nodes[-1, 0]),
-                       ("CORNER", nodes[-1, -1])):
+                       ("CORNER", nodes[-1, -1]), ("SECTION", nodes)):
         mesh.nset(label, own)
     mesh.surface("SBODY", (elements[:, -1], "S3"), (elements[-1, elements.shape[1] // 2:], "S2"))
     mesh.surface("STOOL", (faces[:, 0], "S1"))
     bounds = ["AXIS, 1, 1, 0", "MIDDLE, 2, 2, 0", "TOOL, 1, 1, 0", f"TOOL, 2, 2, {-pressed * half:.9g}"]
-    prints = [("TOOL", "RF"), ("BELT", "U"), ("CORNER", "U"), ("BODY", "PEEQ"), ("BODY", "EVOL")]
+    prints = [("TOOL", "RF"), ("BELT", "U"), ("CORNER", "U"), ("BODY", "PEEQ"), ("BODY", "EVOL"), ("SECTION", "U")]
     found = calculix.run(work, name, [
         *mesh.cards(), *calculix.material(metal), *calculix.tool(),
         *calculix.contact([("SBODY", "STOOL")], 1e6, friction, 2e5),
         *calculix.step(50, bounds, prints, every=2)])
     times, force = found["RF", "TOOL"]
     volume = found["EVOL", "BODY"][1][:, :, 0]
-    plastic = found["PEEQ", "BODY"][1].reshape(*volume.shape, -1).mean(axis=2)
+    points = found["PEEQ", "BODY"][1].reshape(*volume.shape, -1)
+    plastic = points.mean(axis=2)
+    section = cells(positions(mesh, nodes, found["U", "SECTION"][1][-1], (0, 1)),
+                    points[-1].reshape(*elements.shape, 8)[:, :, :4])
     return Found(
         f"upsetting of a cylinder, radius {radius:g} mm, height {height:g} mm, between rigid flat plates, "
         f"friction {friction:g}",
@@ -94,7 +131,9 @@ def upset(work, name, size, metal, radius, height, friction, pressed):
          "radius_corner": radius + found["U", "CORNER"][1][:, 0, 0],
          "p_mean": np.sum(plastic * volume, axis=1) / np.sum(volume, axis=1),
          "p_10": share_below(plastic, volume, 0.1), "p_90": share_below(plastic, volume, 0.9),
-         "p_max": plastic.max(axis=1)})
+         "p_max": plastic.max(axis=1)},
+        Section(f"half of the axial section, pressed by {pressed:g} of the height; r from the axis, z from mid-height",
+                ("r", "z"), *section))
 
 
 # ---- imprint of a ball ----
@@ -125,12 +164,13 @@ def imprint(work, name, size, metal):
     nodes, elements = mesh.quads("BODY", np.stack(grid, -1))
     turn, along = np.meshgrid(np.radians(np.linspace(0.0, 42.0, 85)), BALL - np.array([0.0, 0.5, 1.0]), indexing="ij")
     ball, faces = mesh.quads("TOOLS", np.stack([along * np.sin(turn), top + BALL - along * np.cos(turn)], -1))
-    for label, own in (("TOOL", ball), ("AXIS", nodes[0]), ("BOTTOM", nodes[:, 0])):
+    for label, own in (("TOOL", ball), ("AXIS", nodes[0]), ("BOTTOM", nodes[:, 0]), ("SECTION", nodes)):
         mesh.nset(label, own)
     surface = mesh.at(mesh.nset("TOP", nodes[:, -1]))  # in the order of r
     mesh.surface("SBODY", (elements[:int(np.searchsorted(r, NEAR + 1.0)), -1], "S3"))
     mesh.surface("STOOL", (faces[:, 0], "S1"))
     held, prints = ["AXIS, 1, 1, 0", "BOTTOM, 1, 2, 0", "TOOL, 1, 1, 0"], [("TOOL", "RF"), ("TOP", "U")]
+    prints += [("SECTION", "U"), ("BODY", "PEEQ")]
     found = calculix.run(work, name, [
         *mesh.cards(), *calculix.material(metal), *calculix.tool(), *calculix.contact([("SBODY", "STOOL")], 1e6),
         *calculix.step(50, [*held, f"TOOL, 2, 2, {-DEPTH}"], prints),
@@ -145,6 +185,8 @@ def imprint(work, name, size, metal):
     gap = np.hypot(at[:, :, 0], at[:, :, 1] - (top + BALL - depth[:, None])) - BALL
     contact = np.array([contact_edge(*row) for row in zip(gap, at[:, :, 0], force)])
     area = np.pi * contact**2
+    section = cells(positions(mesh, nodes, found["U", "SECTION"][1][last - 1], (0, 1)) - (0.0, top),
+                    found["PEEQ", "BODY"][1][last - 1].reshape(*elements.shape, 8)[:, :, :4])
     return Found(
         f"ball of radius {BALL:g} mm, rigid, no friction, pressed {DEPTH:g} mm into a disc of radius {DISC:.1f} mm "
         f"(2500 mm2), {THICK:g} mm thick, lowest {HELD:g} mm held; then drawn back until it does not touch",
@@ -153,7 +195,10 @@ def imprint(work, name, size, metal):
         "is extrapolated), force over contact area [MPa], highest point of the surface [mm]",
         {"depth": depth, "force": force, "contact_radius": contact,
          "hardness": np.divide(force, area, out=np.zeros_like(force), where=area > 0.0),
-         "pile_up": moved[:, :, 1].max(axis=1)})
+         "pile_up": moved[:, :, 1].max(axis=1)},
+        Section("half of the axial section, when the ball does not touch any more; r from the axis, z = 0 is the "
+                "surface at the start",
+                ("r", "z"), *section))
 
 
 # ---- cylinder between grips ----
@@ -217,6 +262,7 @@ def vbend(work, name, size, metal):
     mesh.surface("SSUPPORT", (below[:, :, -1], "S2"))
     spring = [f"*ELEMENT, TYPE=SPRING1, ELSET=SOFT\n{mesh.elements + 1}, {nodes[-1, 0, 0]}\n*SPRING, ELSET=SOFT\n3\n2."]
     pairs, prints = [("STOP", "SPUNCH"), ("SLOW", "SSUPPORT")], [("PUNCH", "RF"), ("A", "U"), ("B", "U")]
+    prints += [("SYMMETRY", "U"), ("BODY", "PEEQ")]
     bounds = ["MIDDLE, 1, 1, 0", "SYMMETRY, 2, 2, 0", "PUNCH, 1, 2, 0", f"PUNCH, 3, 3, {-TRAVEL}", "SUPPORT, 1, 3, 0"]
     found = calculix.run(work, name, [
         *mesh.cards(), *spring, *calculix.material(metal), *calculix.tool(),
@@ -226,6 +272,9 @@ def vbend(work, name, size, metal):
     force = -4.0 * force[:, 0, 2]
     a, b = ((own + found["U", label][1]).mean(axis=1) for own, label in zip(at, "AB"))
     rows = np.flatnonzero((times <= 1.0) | (times == times[-1]))
+    loaded, free = (positions(mesh, nodes[:, 0], found["U", "SYMMETRY"][1][row], (0, 2)) for row in rows[-2:])
+    section = cells(free + loaded[-1, 0] - free[-1, 0] - (half, 0.0),
+                    found["PEEQ", "BODY"][1][-1].reshape(*elements.shape, 2, 2, 2)[:, 0, :, :, 0])
     return Found(
         f"V-bending of a sheet {LENGTH:g} x {WIDTH:g} x {SHEET:g} mm, supports {SPAN * LENGTH:g} mm apart, punch and "
         f"supports cylinders of radius {TOOL:g} mm, friction {RUBBING:g}; the last row is without tools",
@@ -234,7 +283,11 @@ def vbend(work, name, size, metal):
         "travel of the punch [mm], force of the punch [N], angle [degrees]: twice the slope between the means of the "
         "sections at 0.15 and 0.35 of the length",
         {"travel": TRAVEL * np.minimum(times, 1.0)[rows], "force": force[rows] * (times[rows] <= 1.0),
-         "angle": np.degrees(2.0 * np.arctan2(a[:, 2] - b[:, 2], b[:, 0] - a[:, 0]))[rows]})
+         "angle": np.degrees(2.0 * np.arctan2(a[:, 2] - b[:, 2], b[:, 0] - a[:, 0]))[rows]},
+        Section("left half of the section at mid-width, when the tools are away; x = 0 is mid-length; z = 0 is the "
+                "lower face at the start, and its middle is where it was at the end of the load; plastic strains are "
+                f"those of integration points {0.5 * WIDTH / size[1] * (0.5 - 0.5 / 3.0 ** 0.5):.2g} mm beside it",
+                ("x", "z"), *section))
 
 
 # ---- notched bar ----
@@ -325,6 +378,9 @@ PARTS = {
 }
 
 
+SECTIONS = ("upset_steel_304_mu0.1", "imprint_steel_304", "imprint_aluminium_2024T351", "vbend_steel_304")
+
+
 def loading(columns):
     """Displacement (n,), without its sign, and force (n,), while the load grows."""
     x, force = abs(next(iter(columns.values()))), columns["force"]
@@ -352,7 +408,25 @@ def write(name, work, solver):
     rows = [",".join(f"{value:.6g}" for value in row) for row in zip(*own.columns.values())]
     text = "\n".join([*(f"# {line}" for line in header), ",".join(own.columns), *rows, ""])
     (HERE / f"{name}.csv").write_text(text, encoding="utf-8")
+    if name in SECTIONS:
+        write_section(name, own, solver)
     print(f"{name}.csv: {header[3]}", flush=True)
+
+
+def write_section(name, found, solver):
+    """NAME_section.csv."""
+    one = found.section
+    across, up = one.titles
+    layers = np.broadcast_to(np.arange(one.plastic.shape[1]), one.plastic.shape)
+    header = [f"{found.geometry}: {one.words}", f"{PARTS[name].metal}: {calculix.metal_line(PARTS[name].metal)}",
+              f"{solver}, {found.mesh}; written by doc/studies/fe/parts.py {name}",
+              "a row is a quarter of an element, around an integration point: its layer, 0 is the lowest one; its four "
+              "corners [mm], from the lower one next to the start of its column; equivalent plastic strain"]
+    columns = ["layer", *(f"{axis}{k}" for k in range(1, 5) for axis in (across, up)), "plastic_strain"]
+    rows = [",".join([str(layer), *(f"{x:.4f}" for x in corners.ravel()), f"{plastic:.4g}"])
+            for layer, corners, plastic in zip(layers.ravel(), one.corners.reshape(-1, 4, 2), one.plastic.ravel())]
+    text = "\n".join([*(f"# {line}" for line in header), ",".join(columns), *rows, ""])
+    (HERE / f"{name}_section.csv").write_text(text, encoding="utf-8")
 
 
 def main():
