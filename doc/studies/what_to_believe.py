@@ -23,11 +23,14 @@ STEEL, ALUMINIUM = "steel_304", "aluminium_2024T351"
 COPPER = f"{POTENTIALS}:copper_taylor"
 LENGTH, FOOT = 0.0214, 0.0071  # [m] of the Taylor bar of 32.4 x 6.4 mm at 227 m/s, foot radius; the usual benchmark
 SEEDS = (11, 12)  # of bodies
+MORE_SEEDS = (11, 12, 13, 14)  # where bodies differ by a tenth
+SECTORS = 8  # of the foot, each with its outermost sphere
 LIMITS = (5.0, 8.0)  # [%]
 BAR, FREE = 0.0125, 0.04  # radius and free length [m] of gripped cylinders
 RIM, FAR = (0.004, 0.014), (0.018, 0.024)  # [m] from the axis of an imprint: where rings begin among which is the rim, and where the surface has not moved
 OUTSIDE = (0.0075, 0.024)  # [m] from the axis, outside of the imprint
 PICTURES = {"upsetting, friction 0.1": "upsetting", "imprint of a ball": "imprint", "V-bending": "v_bending"}  # names of files, by operation
+ELASTIC, ALPHA = 6e-4, 1.5  # yield strain of 304, alpha of its row
 INNER = 2.0  # spheres are inner ones that are farther from the surface, in mean diameters
 
 
@@ -47,6 +50,7 @@ class Part:
     spheres: tuple = (2000,)  # numbers of them
     friction: float = 0.0
     lengths: tuple = ()  # of the body [m]
+    seeds: tuple = SEEDS
 
     @property
     def row(self):
@@ -77,7 +81,7 @@ def torque(targets, angle):
 def body_of(study, part, seed, spheres, **choices):
     """The data file of a body, and the name of its runs."""
     name = "_".join([*re.findall(r"[a-z]+", part.operation.lower())[:2], *(f"{1e3 * length:g}" for length in part.lengths), str(spheres), str(seed)])
-    return study.runs.body(name, n=spheres, seed=seed, density=targets_of(METALS[part.metal]).density, **choices), f"{name}_{part.metal}_{part.friction:g}"
+    return study.runs.body(name, n=spheres, seed=seed, **choices), f"{name}_{part.metal}_{part.friction:g}"
 
 
 def upset(study, part, seed, spheres):
@@ -237,7 +241,7 @@ def range_within(points, off, limit):
 
 def parts_of(study):
     upsets = dict(unit="reduction of the height", columns=("reduction", "force"), points=(0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.49), measure=upset, lengths=(0.03, 0.01))
-    imprints = dict(unit="depth [mm]", columns=("depth", "force"), points=(0.3, 0.6, 0.9, 1.2, 1.47), measure=imprint, spheres=tuple(study.plates))
+    imprints = dict(unit="depth [mm]", columns=("depth", "force"), points=(0.3, 0.6, 0.9, 1.2, 1.47), measure=imprint, spheres=tuple(study.plates), seeds=MORE_SEEDS)
     grips = dict(unit="strain of the grips", columns=("strain", "force"), measure=grip)
     return [
         Part("upsetting, friction 0.1", STEEL, "upset_steel_304_mu0.1.csv", spheres=tuple(study.spheres), friction=0.1, **upsets),
@@ -259,8 +263,42 @@ def taylor(study, spheres, contact):
     """Cells of the bar."""
     body = study.runs.body(f"bar_{spheres}", n=spheres, length=0.0324, radius=0.0032, density=8930)
     text = study.runs.run("in.taylor", f"taylor_{contact}_{spheres}", study.ranks, specimen=body, material=COPPER, contact=contact, speed=227)
-    outer, length, foot = map(float, re.search(r"outermost sphere of the foot (\S+) m.*\nfinal length (\S+) m, foot radius (\S+) m", text).groups())
-    return [contact, spheres, f"{1e3 * length:.2f}", f"{100 * (length / LENGTH - 1):+.1f}", f"{1e3 * foot:.2f}", f"{100 * (foot / FOOT - 1):+.1f}", f"{1e3 * outer:.2f}"]
+    length, disc = map(float, re.search(r"final length (\S+) m, foot radius (\S+) m", text).groups())
+    x = dump.last_positions(study.runs.folder / f"taylor_{contact}_{spheres}_state.dump")
+    radius = specimen.read_data(study.runs.folder / body).radius
+    sector = np.floor((np.arctan2(x[:, 2], x[:, 1]) / math.pi + 1.0) * 0.5 * SECTORS).astype(int) % SECTORS
+    foot = np.mean([np.max((np.hypot(x[:, 1], x[:, 2]) + radius)[sector == k]) for k in range(SECTORS)])
+    return [contact, spheres, f"{1e3 * length:.2f}", f"{100 * (length / LENGTH - 1):+.1f}", f"{1e3 * foot:.2f}", f"{100 * (foot / FOOT - 1):+.1f}", f"{1e3 * disc:.2f}"]
+
+
+def moduli(study, spheres, seed):
+    """Young's and the shear modulus of a gripped cylinder over those of its row, less 1 [%]: stresses through its middle, over the strain and the twist there; and how much larger
+    than 1 the bonds of the middle make them [%]: there are more of them than of the whole body, and those at the surface lie along it, but nothing bears as far out as the radius.
+
+    With bonds of stiffness k and length l along n, summed over the middle, E goes as the sum of k l^2 nx^4, and G, as torsion has it, as that of k l^2 nt^2 nx^2 r^2, t around the axis."""
+    targets = targets_of(METALS[STEEL])
+    shear_modulus = targets.modulus / (2.0 * (1.0 + targets.nu))
+    body = study.runs.body(f"moduli_{spheres}_{seed}", n=spheres, seed=seed, density=targets.density, length=0.05, radius=BAR)
+    material = {"specimen": body, "material": f"{POTENTIALS}:{STEEL}"}
+    strain, angle = 0.5 * ELASTIC, 0.5 * ELASTIC * FREE / BAR
+    study.runs.run("in.quasistatic", f"pulled_{spheres}_{seed}", study.ranks, **material, strain=strain, increment=0.5 * strain)
+    study.runs.run("in.torsion", f"turned_{spheres}_{seed}", study.ranks, **material, angle=angle, increment=0.5 * angle)
+    pulled, turned = (study.runs.curve(f"{name}_{spheres}_{seed}", *columns) for name, columns in (("pulled", ("stress_virial", "strain_gauge")), ("turned", ("torque_virial",))))
+    start = specimen.read_data(study.runs.folder / body)
+    x, end = np.asarray(start.x), dump.last_positions(study.runs.folder / f"turned_{spheres}_{seed}_state.dump")
+    middle = (np.abs(x[:, 0] - 0.025) < 0.01) & (np.hypot(x[:, 1], x[:, 2]) > 0.3 * BAR)
+    turns = (x[:, 1] * (end - x)[:, 2] - x[:, 2] * (end - x)[:, 1]) / (x[:, 1] ** 2 + x[:, 2] ** 2)  # small angles
+    twist_rate = abs(np.polyfit(x[middle, 0], turns[middle], 1)[0])
+    found = (pulled["stress_virial"][-1] / pulled["strain_gauge"][-1] / targets.modulus,
+             abs(turned["torque_virial"][-1]) / (0.5 * math.pi * BAR**4 * twist_rate) / shear_modulus)
+    i, j = specimen.pairs_within(start, ALPHA)[0].T
+    apart, place = x[j] - x[i], 0.5 * (x[i] + x[j])
+    square, r = np.sum(apart**2, axis=1), np.hypot(place[:, 1], place[:, 2])
+    along, around = apart[:, 0] ** 2 / square, (place[:, 1] * apart[:, 2] - place[:, 2] * apart[:, 1]) ** 2 / (r**2 * square)
+    inside = np.abs(place[:, 0] - 0.025) < 0.01
+    uniform = 0.4 * square.sum()  # two fifths of the length have two fifths of the bonds
+    by_bonds = (5.0 * np.sum((square * along**2)[inside]) / uniform, 30.0 * np.sum((square * along * around * r**2)[inside]) / (uniform * BAR**2))
+    return [100.0 * (value - 1.0) for value in (*found, *by_bonds)]
 
 
 def scene(part, state):
@@ -298,13 +336,13 @@ def draw(study, name, part, reference, found):
 
 
 def main(words=None):
-    with Study(__doc__, "what_to_believe", spheres=[2000, 8000], plates=[4000], bars=[2000], ranks=1).started(words) as study:
+    with Study(__doc__, "what_to_believe", spheres=[2000, 8000], plates=[4000], bars=[2000], rods=[2000, 16000], ranks=1).started(words) as study:
         study.shapes, study.states = {name: {} for name in ("barrel", "volume", "plastic", "recovery", "rim", "springback")}, {}
         verdicts, tables, drawn = [], {}, {}
         jobs = [(part, spheres) for part in parts_of(study) for spheres in part.spheres]
-        for part, spheres in study.each(jobs, lambda job: f"{job[0].operation}, {job[0].metal}, {job[1]} spheres", lambda job: job[1] ** 1.3):
+        for part, spheres in study.each(jobs, lambda job: f"{job[0].operation}, {job[0].metal}, {job[1]} spheres", lambda job: len(job[0].seeds) * job[1] ** 1.3):
             reference = part.curve()
-            runs = [part.measure(study, part, seed, spheres) for seed in SEEDS]
+            runs = [part.measure(study, part, seed, spheres) for seed in part.seeds]
             each = np.array([off_at(part, *run, reference) for run in runs])
             off = each.mean(axis=0)
             worst = int(np.argmax(np.abs(off)))
@@ -320,7 +358,7 @@ def main(words=None):
                               for (unit, points), rows in tables.items())
         shapes, back = [], []  # back: what springs back, over that of finite elements
         for part, spheres in jobs:
-            chosen = {name: [found[part, spheres, seed] for seed in SEEDS] for name, found in study.shapes.items() if (part, spheres, SEEDS[0]) in found}
+            chosen = {name: [found[part, spheres, seed] for seed in part.seeds] for name, found in study.shapes.items() if (part, spheres, part.seeds[0]) in found}
             what = (part.operation, METALS[part.metal].title, spheres)
             fe = read_reference(part) if part.reference else {}
             if "barrel" in chosen and fe["reduction"][-1] == 0.5:
@@ -340,12 +378,17 @@ def main(words=None):
                 shapes.append((*what, "springs back [degrees]", mean_of(chosen["springback"], ".2f"), f"{angles.max() - angles[-1]:.2f}"))
                 back.append(np.mean(chosen["springback"]) / (angles.max() - angles[-1]))
         bars = [taylor(study, spheres, contact) for spheres in study.each(study.bars, lambda n: f"bar of {n}", lambda n: n**1.3) for contact in ("repulsive", "join")]
+        elastic = []
+        for spheres in study.each(study.rods, lambda n: f"moduli of {n}", lambda n: n**1.3):
+            found = np.array([moduli(study, spheres, seed) for seed in SEEDS]).T
+            elastic += [(name, spheres, *(f"{np.mean(values):+.1f} +- {np.ptp(values) / 2:.1f}" for values in (off, by_bonds))) for name, off, by_bonds in zip(("E", "G"), found[:2], found[2:])]
         more, squat = [100.0 * (ratio - 1.0) for ratio in back], squat_controls(study)
-        study.write(details=details, seeds=str(len(SEEDS)), back=f"{min(more):.0f} to {max(more):.0f}",
+        study.write(details=details, seeds=str(len(SEEDS)), more_seeds=str(len(MORE_SEEDS)), back=f"{min(more):.0f} to {max(more):.0f}",
                     squat_curve=squat["curve"], squat_frictionless=squat["frictionless"], squat_slow=squat["slow"],
                     verdicts=(("operation", "metal", "spheres", "from, to", *(f"within {limit:g} %" for limit in LIMITS), "largest difference [%]", "bodies differ by +-"), verdicts),
                     shapes=(("operation", "metal", "spheres", "", "spheres: mean (bodies)", "finite elements"), shapes),
-                    bars=(("contact", "N", "length [mm]", "off [%]", "foot radius [mm]", "off [%]", "outermost sphere [mm]"), bars))
+                    elastic=(("modulus", "spheres", "off the row [%]", "by the bonds of the middle [%]"), elastic),
+                    bars=(("contact", "N", "length [mm]", "off [%]", "foot radius [mm]", "off [%]", "as a disc [mm]"), bars))
 
 
 def read_reference(part):
