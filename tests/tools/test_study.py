@@ -261,7 +261,8 @@ def test_each_name_of_a_template_is_given_by_its_study(template):
 
 PAGE = CHECKOUT / "doc" / "accuracy_cost.md"
 ROWS = accuracy.read(PAGE.with_suffix(".csv"))
-COARSE, MIDDLE, FINE, RATE, REFERENCE = "increment 0.004", "increment 0.002", "increment 0.001", "rate 50", "increment 0.0001"
+COARSE, MIDDLE, FINE, RATE = "pace 4, increment 0.002", "pace 1, increment 0.002", "pace 0.3, increment 0.0005", "rate 50"
+REFERENCE = "pace 0.05, increment 0.0005"
 SECONDS = {COARSE: 1.0, MIDDLE: 2.0, RATE: 3.0, FINE: 4.0, REFERENCE: 9.0}
 
 
