@@ -295,7 +295,7 @@ def main(arguments=None):
         plan = []
         for key in SCENES:
             labels = chosen(rows, key)
-            plan += [(key, label, SCENES[key].sizes[0], UNSEEN) for label in {*labels.values(), reference(key)} - {None}]
+            plan += [(key, label, SCENES[key].sizes[0], UNSEEN) for label in dict.fromkeys([*labels.values(), reference(key)]) if label]
             plan += [(key, sized(rows, key), spheres, seed) for spheres in SCENES[key].sizes[1:] for seed in SIZED]
         rows += [measure(study.runs, *case) for case in study.each(plan, str)]
         table = study.out.with_suffix(".csv")
