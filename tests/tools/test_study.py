@@ -118,6 +118,7 @@ def test_what_updates_change_of_known_runs():
         (shear.name, "aluminium_1100O", "500", "0.4", "1.0e-03", "20.0 MPa at 0.01, 30.0 MPa at 0.1", "-1.00, +0.00", "-4.00, +0.00", "0.020, 0.020, 0.020"),
         (bar.name, "copper_taylor", "", "0.2", "", "20.00 mm long", "+0.00", "-10.00", "0.100, 0.100, 0.100")]
     assert largest == {10: ("1.0", "0.0"), 40: ("10.0", "4.0")}
+    assert limits.within(found) == "0.0"  # 1e-3 in 10 steps is a tenth of the first strain, a hundredth of the second
 
 
 def test_rows_of_the_updates_are_shipped():
