@@ -169,7 +169,7 @@ def errors(deck, screen, atoms):
             parts.append(f"{name} {beyond}{np.exp(np.interp(np.log(value), np.log(values), np.log(found))):.2g} %")
         yield f"error to expect, as measured in '{load}': " + ", ".join(parts)
     if not own:
-        yield "error to expect: not measured for this script; half the timestep or the increment, and twice the spheres, tell it"
+        yield "error to expect: not measured for this script; half the timestep, pace or increment, and twice the spheres, tell it"
 
 
 def main(arguments=None):

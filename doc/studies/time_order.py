@@ -81,7 +81,8 @@ def main(words=None):
         found = {one: limits.measure(*one, study.runs) for one in steps}
         (table, changes), cost = limits.changes(found), limits.costs(study.runs)
         study.write(time=TIME, atoms=atoms, table=(HEADER, rows), undamped=ends["nve", False], explicit=ends["nve", True], implicit=ends["nve/evp", True],
-                    limits=table, most_10=changes[10][0], usual_10=changes[10][1], most_40=changes[40][0], usual_40=changes[40][1], cost_1=cost[1], cost_40=cost[40])
+                    limits=table, most_10=changes[10][0], usual_10=changes[10][1], most_40=changes[40][0], usual_40=changes[40][1], within=limits.within(found), share=f"{1 / limits.SHARE:.0f}th",
+                    cost_1=cost[1], cost_40=cost[40])
 
 
 if __name__ == "__main__":

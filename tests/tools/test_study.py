@@ -119,6 +119,7 @@ def test_what_updates_change_of_known_runs():
         (shear.name, "aluminium_1100O", "500", "0.4", "1.0e-03", "20.0 MPa at 0.01, 30.0 MPa at 0.1", "-1.00, +0.00", "-4.00, +0.00", "0.020, 0.020, 0.020"),
         (bar.name, "copper_taylor", "", "0.2", "", "20.00 mm long", "+0.00", "-10.00", "0.100, 0.100, 0.100")]
     assert largest == {10: ("1.0", "0.0"), 40: ("10.0", "4.0")}
+    assert limits.within(found) == "0.0"  # 1e-3 in 10 steps is a tenth of the first strain, a hundredth of the second
 
 
 def test_rows_of_the_updates_are_shipped():
@@ -283,7 +284,8 @@ def test_each_name_of_a_template_is_given_by_its_study(template):
 
 PAGE = CHECKOUT / "doc" / "accuracy_cost.md"
 ROWS = accuracy.read(PAGE.with_suffix(".csv"))
-COARSE, MIDDLE, FINE, RATE, REFERENCE = "increment 0.004", "increment 0.002", "increment 0.001", "rate 50", "increment 0.0001"
+COARSE, MIDDLE, FINE, RATE = "pace 4, increment 0.002", "pace 1, increment 0.002", "pace 0.3, increment 0.0005", "rate 50"
+REFERENCE = "pace 0.05, increment 0.0005"
 SECONDS = {COARSE: 1.0, MIDDLE: 2.0, RATE: 3.0, FINE: 4.0, REFERENCE: 9.0}
 
 
