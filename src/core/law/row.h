@@ -47,6 +47,10 @@ struct Row {
   double density = 0.0;         ///< of the solid [mass/volume]
   FlowTable flow = {};          ///< with plasticity
   double yield = 0.0;           ///< flow stress where the limit is xi_s [pressure]; 0: none
+  // ductile failure (Johnson and Cook): strain at initiation, below 0: none; then the way or energy to rupture, below 0: none
+  double damage_d1 = -1.0, damage_d2 = 0.0, damage_d3 = 0.0, damage_d4 = 0.0, damage_d5 = 0.0;
+  double rupture = -1.0;           ///< [length]
+  double rupture_energy = -1.0;    ///< [energy/area]
   double limit_own =
       0.0;    ///< 1: its pairs hold by xi_s, whatever their spheres have gone through
 
@@ -153,6 +157,24 @@ namespace rule {
     if (row.soften_tref < 0.0)
       throw BadInput("melt needs soften TREF TMELT M in front of it, which says where it melts");
   }
+  inline void triaxiality_exponent(const Row &row, const Member *self)
+  {
+    demand(row.*self->value <= 0.0, row, self,
+           "must be zero or negative, as a metal is less ductile under tension (tables that "
+           "take compression as positive have the other sign)");
+  }
+  inline void share_of_rate(const Row &row, const Member *self)
+  {
+    if (row.*self->value != 0.0 && !(row.rate > 0.0))
+      throw BadInput(
+          "damage with D4 needs rate C RATE0 in front of it, which says over which rate");
+  }
+  inline void share_of_heat(const Row &row, const Member *self)
+  {
+    if (row.*self->value != 0.0 && row.soften_tref < 0.0)
+      throw BadInput("damage with D5 needs soften TREF TMELT M in front of it, which says between "
+                     "which temperatures");
+  }
   inline void volume_stiffness(const Row &row, const Member *self)
   {
     demand(row.*self->value >= 0.0 && row.*self->value <= HIGHEST_KV, row, self,
@@ -187,7 +209,14 @@ constexpr Member MEMBERS[] = {
     {"rate", &Row::rate, rule::positive},
     {"rate_rate0", &Row::rate_rate0, rule::positive, Member::FURTHER},
     {"expansion", &Row::expansion, rule::positive},
-    {"expansion_tref", &Row::expansion_tref, rule::above_zero_temperature, Member::FURTHER}};
+    {"expansion_tref", &Row::expansion_tref, rule::above_zero_temperature, Member::FURTHER},
+    {"damage", &Row::damage_d1, rule::not_negative},
+    {"damage_d2", &Row::damage_d2, rule::not_negative, Member::FURTHER},
+    {"damage_d3", &Row::damage_d3, rule::triaxiality_exponent, Member::FURTHER},
+    {"damage_d4", &Row::damage_d4, rule::share_of_rate, Member::FURTHER},
+    {"damage_d5", &Row::damage_d5, rule::share_of_heat, Member::FURTHER},
+    {"rupture", &Row::rupture, rule::not_negative},
+    {"rupture energy", &Row::rupture_energy, rule::positive}};
 constexpr int NMEMBERS = (int) std::size(MEMBERS);
 constexpr int NREQUIRED = 9;    // those in front, without a keyword
 

@@ -92,7 +92,10 @@ inline Row parse_row(const std::vector<std::string> &words)
       at += 2;
       continue;
     }
-    const Member *const member = find_member(words[at]);
+    std::string key = words[at];
+    if (key == "rupture" && at + 1 < words.size() && words[at + 1] == "energy")
+      key += " " + words[++at];
+    const Member *const member = find_member(key);
     if (!member || member < MEMBERS + NREQUIRED || member->place != Member::HEAD)
       throw BadInput("unknown keyword '" + shown(words[at]) + "' of a row: after its " +
                      std::to_string(NREQUIRED) + " values it may have " +
@@ -102,6 +105,14 @@ inline Row parse_row(const std::vector<std::string> &words)
   if (row.yield > 0.0 && !(row.density > 0.0 && row.coordination > 0.0))
     throw BadInput("yield needs density, which says what stress a force of spheres is, and spacing "
                    "and coordination of the body that the row was found on");
+  if ((row.damage_d1 >= 0.0) != (row.rupture >= 0.0 || row.rupture_energy >= 0.0))
+    throw BadInput(
+        "damage and rupture are given together: damage says at which plastic strain a sphere "
+        "begins to fail, rupture UF or rupture energy GF how far from there it parts");
+  if (row.rupture >= 0.0 && row.rupture_energy >= 0.0)
+    throw BadInput("rupture is given twice: leave out either rupture UF or rupture energy GF");
+  if (row.damage_d1 >= 0.0 && !(row.density > 0.0))
+    throw BadInput("damage needs density, which says what stress a force of spheres is");
   if ((row.spacing > 0.0) != (row.coordination > 0.0))
     throw BadInput("spacing and coordination are given together or not at all: both say which "
                    "bodies the row holds for");

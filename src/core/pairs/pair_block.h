@@ -231,6 +231,9 @@ class FailureCriterion {
  public:
   virtual bool fails(int i, int j) const = 0;
 
+  /// Does no bond begin between them?
+  virtual bool bars_joining(int /*i*/, int /*j*/) const { return false; }
+
  protected:
   ~FailureCriterion() = default;
 };

@@ -379,6 +379,7 @@ template <class F> EVP_INLINE void for_each_end(int i, int j, int nreact, F &&f)
 struct PairLists {
   PairList bonds{true}, contacts{false};
   std::vector<double> limits;    ///< with plasticity, of particles and ghosts: see Limit
+  std::vector<double> contact_limits;    ///< of contacts, where they have others than bonds
   std::vector<double>
       growth;    ///< of particles and ghosts: by how much larger they are than in the records; empty: as there
   long build = 0;           ///< counts the packings: indices of pairs hold as long as it does
@@ -395,15 +396,26 @@ struct PairLists {
     return growth.empty() ? 1.0 : 0.5 * (growth[i] + growth[j]);
   }
 
-  /// How far a pair of particle i holds, by the limit of its partner; own: that of its law, which goes before, or 0.
+  const std::vector<double> &limits_of(bool bonds) const
+  {
+    return bonds || contact_limits.empty() ? limits : contact_limits;
+  }
+
+  /// How far a bond of particle i holds, by the limit of its partner; own: that of its law, which goes before, or 0.
   double limit_of(double own, int i, double of_partner) const
   {
     return own > 0.0 ? own : std::min(limits[i], of_partner);
   }
 
+  double limit_of_contact(double own, int i, int j) const
+  {
+    const std::vector<double> &all = limits_of(false);
+    return own > 0.0 ? own : std::min(all[i], all[j]);
+  }
+
   double memory_usage() const
   {
-    return bonds.memory_usage() + contacts.memory_usage() + bytes_of(limits);
+    return bonds.memory_usage() + contacts.memory_usage() + bytes_of(limits, contact_limits);
   }
 };
 

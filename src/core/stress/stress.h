@@ -11,9 +11,14 @@ namespace EVP {
 /// A symmetric tensor: xx yy zz xy xz yz.
 using Tensor = std::array<double, 6>;
 
+inline double mean_stress(const Tensor &stress)
+{
+  return (stress[0] + stress[1] + stress[2]) / 3.0;
+}
+
 inline Tensor deviator(const Tensor &stress)
 {
-  const double mean = (stress[0] + stress[1] + stress[2]) / 3.0;
+  const double mean = mean_stress(stress);
   return {stress[0] - mean, stress[1] - mean, stress[2] - mean, stress[3], stress[4], stress[5]};
 }
 

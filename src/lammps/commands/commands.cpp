@@ -199,7 +199,11 @@ void ReadEVPRow::command(int narg, char **arg)
     set("diameter", rounded(spheres.diameter, 15));
     if (!row.is_scaled()) row = with_number_density(row, spheres.number_density);
   });
-  for (const Member &member : MEMBERS) set(member.key, shortest_text(row.*member.value));
+  for (const Member &member : MEMBERS) {
+    std::string name = member.key;
+    std::replace(name.begin(), name.end(), ' ', '_');
+    set(name, shortest_text(row.*member.value));
+  }
   set("words", row_text(row));
   std::string key = row_text(row);    // 'if' compares words of letters, digits and _ alone
   for (char &c : key)

@@ -132,6 +132,10 @@ class Effect {
   /// Multiplies how far the bonds of each own atom hold.
   virtual void multiply_limits(std::vector<double> & /*factors*/) const {}
 
+  /// The same for bonds alone, in a run in which contacts have other limits.
+  virtual bool weakens_bonds() const { return false; }
+  virtual void multiply_limits_of_bonds(std::vector<double> & /*factors*/) const {}
+
   /// How many values atoms and ghosts get, those of own atoms, and what becomes of them.
   virtual int shared_width(Sharing) const { return 0; }
   virtual void put_shared(Sharing, const ValuesOfAtoms &) const {}

@@ -238,12 +238,30 @@ void PairHistories::add_contact(int i, const PackedPair &bond, double d, const S
   contacts.set(contacts.size(), bond.j, left.deq, left.cutoff, law);
   if (rules.plastic)
     contacts.limit[contacts.size()] =
-        lists.limit_of(coefficients.law(law).own_limit, i, lists.limits[bond.j]);
+        lists.limit_of_contact(coefficients.law(law).own_limit, i, bond.j);
   contacts.add_row(i, 1);
   if (!contacts.joins) return;
   if (divided && !rules.join.all) contacts.join.back() |= PairList::OF_TWO_BODIES;
   if (!(d > APART * rules.join.within * left.cutoff))
     contacts.join.back() |= PairList::NOT_BEFORE_APART;
+}
+
+void PairHistories::leave_out_barred()
+{
+  if (ends.criteria.empty()) return;
+  size_t kept = 0;
+  for (size_t n = 0; n < begins.found.size(); n++) {
+    const int k = begins.found[n], i = lists.contacts.owner_of(k), j = lists.contacts.j[k];
+    if (std::any_of(ends.criteria.begin(), ends.criteria.end(),
+                    [i, j](const FailureCriterion *one) {
+                      return one->bars_joining(i, j);
+                    }))
+      continue;
+    begins.squared_distances[kept] = begins.squared_distances[n];
+    begins.found[kept++] = k;
+  }
+  begins.found.resize(kept);
+  begins.squared_distances.resize(kept);
 }
 
 // likewise. What a contact stores is lost: one that comes from outside has nothing, unless it jumped
@@ -252,6 +270,7 @@ void PairHistories::begin_bonds()
   PairList &bonds = lists.bonds, &contacts = lists.contacts;
   for (const int k : begins.released) contacts.join[k] &= ~PairList::NOT_BEFORE_APART;
   for (const int k : begins.entered) contacts.join[k] |= PairList::NOT_BEFORE_APART;
+  leave_out_barred();
   for (size_t n = 0; n < begins.found.size(); n++) {
     const int k = begins.found[n], i = contacts.owner_of(k);
     const PackedPair contact = contacts.pair(k);

@@ -182,6 +182,7 @@ class PairHistories : protected Pointers {
   void end_bonds();
   void end_unlisted_bonds();
   void begin_bonds();
+  void leave_out_barred();
   void apply(const PairEvent &);
   void return_due();
   void send_to_owners();

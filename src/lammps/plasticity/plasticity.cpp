@@ -55,10 +55,16 @@ void Plasticity::put_shared(Sharing, const ValuesOfAtoms &values) const
   pairs.effects.for_each([&](const Effect &other) {
     other.multiply_limits(factors);
   });
+  std::vector<double> of_bonds(weakens() ? factors.size() : 0, 1.0);
+  if (!of_bonds.empty())
+    pairs.effects.for_each([&](const Effect &other) {
+      other.multiply_limits_of_bonds(of_bonds);
+    });
   for (int i = 0; i < pairs.lists().nlocal; i++) {
-    const double p = pairs.store().sphere(i).p;
-    values[i][0] = pairs.limit_of(i)(p, factors[i]);
+    const double p = pairs.store().sphere(i).p, limit = pairs.limit_of(i)(p, factors[i]);
+    values[i][0] = of_bonds.empty() ? limit : limit * of_bonds[i];
     values[i][1] = p;
+    if (!of_bonds.empty()) values[i][2] = limit;
   }
 }
 
@@ -66,11 +72,14 @@ void Plasticity::set_shared(Sharing when, const ValuesOfAtoms &values)
 {
   PairLists &lists = pairs.lists();
   const bool breaks = pairs.rules().breaks();
+  const bool apart = weakens();
   lists.limits.resize(lists.nall);
+  lists.contact_limits.resize(apart ? lists.nall : 0);
   strains.resize(breaks ? lists.nall : 0);
   any_fails = false;
   for (int i = 0; i < lists.nall; i++) {
     lists.limits[i] = values[i][0];
+    if (apart) lists.contact_limits[i] = values[i][2];
     if (!breaks) continue;
     strains[i] = values[i][1];
     any_fails = any_fails || strains[i] >= pairs.rules().break_strain;
@@ -83,14 +92,16 @@ void Plasticity::set_limits(bool keeps_below)
 {
   PairLists &lists = pairs.lists();
   double dissipated = 0.0;
-  for (PairList *list : {&lists.bonds, &lists.contacts})
+  for (PairList *list : {&lists.bonds, &lists.contacts}) {
+    const std::vector<double> &limits = lists.limits_of(list->are_bonds);
     for (const PackedRow &row : list->rows)
       for (int n = row.first; n < row.last; n++) {
-        const double now = lists.limit_of(pairs.coefficients().law(list->law[n]).own_limit, row.i,
-                                          lists.limits[list->j[n]]);
+        const double own = pairs.coefficients().law(list->law[n]).own_limit;
+        const double now = own > 0.0 ? own : std::min(limits[row.i], limits[list->j[n]]);
         const double before = std::exchange(list->limit[n], now);
         if (keeps_below && now < before) dissipated += keep_below_limit(*list, row.i, n, before);
       }
+  }
   if (dissipated > 0.0)
     pairs.effects.for_each([&](Effect &other) {
       other.add_dissipated(dissipated);

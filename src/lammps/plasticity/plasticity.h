@@ -20,7 +20,7 @@ class Plasticity final : public Effect, public FailureCriterion {
   void begin_update() override { collect_sums(); }
   void update_effect() override;
 
-  int shared_width(Sharing) const override { return 2; }
+  int shared_width(Sharing) const override { return weakens() ? 3 : 2; }
   void put_shared(Sharing, const ValuesOfAtoms &) const override;
   void set_shared(Sharing, const ValuesOfAtoms &) override;
   const FailureCriterion *failure() const override { return any_fails ? this : nullptr; }
@@ -43,6 +43,7 @@ class Plasticity final : public Effect, public FailureCriterion {
   bool any_fails = false;
   bool were_given = false;    // strains, since the last update
 
+  bool weakens() const { return pairs.effects.any(&Effect::weakens_bonds); }
   void collect_sums();
   void count_end(const EndingPair &pair, double change)
   {

@@ -86,6 +86,7 @@ void YieldCondition::begin_update()
   std::vector<double> factors(nlocal, 1.0);    // of the others, such as by temperature
   pairs.effects.for_each([&](const Effect &other) {
     if (&other != this) other.multiply_limits(factors);
+    other.multiply_limits_of_bonds(factors);
   });
   strains.resize(nlocal);
   flow_stresses.resize(nlocal);
