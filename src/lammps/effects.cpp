@@ -12,7 +12,7 @@ std::vector<std::shared_ptr<Effect>> make_effects(LAMMPS *lmp, PairData &pair_da
 {
   std::vector<std::shared_ptr<Effect>> made;
   if (pair_data.rules().plastic) {
-    made.push_back(std::make_shared<Plasticity>(pair_data));
+    made.push_back(std::make_shared<Plasticity>(lmp, pair_data));
     made.push_back(std::make_shared<YieldCondition>(lmp, pair_data));
     made.push_back(std::make_shared<Failure>(lmp, pair_data));
     made.push_back(std::make_shared<SphereStresses>(lmp, pair_data));

@@ -13,59 +13,77 @@ namespace EVP {
 
 /// What a sphere keeps, as of the last update.
 struct FailureRecord {
-  double omega;    ///< share of the way to its initiation, 1 from there on
-  double
-      opening;    ///< its plastic strain since then, times the thickness of a layer of failed spheres [length]
+  double omega;          ///< share of the way to its initiation, 1 from there on
+  double opening;        ///< its plastic strain since then, times the thickness of a layer [length]
   double damage;         ///< share of its limit that is lost, 1: it has parted
-  double triaxiality;    ///< mean over von Mises' stress of the mean around it
-  double strain;         ///< plastic, at its initiation: beyond it nothing hardens it
+  double triaxiality;    ///< mean stress around it over von Mises' of the same
+  double strain;         ///< plastic, at its initiation, beyond which nothing hardens it; 0: before
   double stress;         ///< von Mises' around it, at its initiation [pressure]
-  double growth;         ///< of its plastic strain at the last update, which waits for the stress
+  double growth;         ///< of its plastic strain, which waits for the stress
+
+  bool has_begun() const { return strain > 0.0; }
+  bool has_parted() const { return damage >= 1.0; }
 
   static constexpr const char *NAME = "failure";
   static constexpr unsigned NEEDS = NOTHING_ELSE;
   static constexpr SphereValue TABLE[] = {
       {"omega", "1", 0.0, Range::NOT_NEGATIVE, true},
-      {"opening", "distance", 0.0, Range::NOT_NEGATIVE, true},
+      {"opening", "distance", 0.0, Range::NOT_NEGATIVE, false},
       {"damage", "1", 0.0, Range::NOT_NEGATIVE, true},
-      {"mean_triaxiality", "1", 0.0, Range::ANY, true},
-      {"strain_at_initiation", "1", 0.0, Range::NOT_NEGATIVE, true},
+      {"triaxiality_at_update", "1", 0.0, Range::ANY, false},
+      {"strain_at_initiation", "1", 0.0, Range::NOT_NEGATIVE, false},
       {"stress_at_initiation", "pressure", 0.0, Range::NOT_NEGATIVE, false},
-      {"strain_growth", "1", 0.0, Range::ANY, false}};
+      {"strain_growth", "1", 0.0, Range::NOT_NEGATIVE, false}};
 };
 inline const bool has_failure_table = add_table<FailureRecord>();
 
+/// The rule by which spheres fail (Johnson and Cook).
 namespace failing {
-  constexpr double LAYER =
-      1.6;    ///< thickness of a layer of spheres that have parted, in diameters: measured 1.61 +- 0.33
-  constexpr double LEAST_LIMIT =
-      0.001;    ///< share of the limit that stays until a sphere has parted
+  /// Thickness of a layer of spheres that part, in diameters: measured 1.61 +- 0.33.
+  constexpr double LAYER = 1.6;
+  constexpr double LEAST_LIMIT = 0.001;               ///< share of the limit that stays
   constexpr double LEAST_TRIAXIALITY = -1.0 / 3.0;    ///< at or below it nothing fails
   constexpr double MOST_TRIAXIALITY = 3.0;
   constexpr double OF_TENSION = 1.0 / 3.0;
+  constexpr double LEAST_STRESS = 0.1;    ///< share of the flow stress, at initiation
 
-  /// Plastic strain at which a metal fails: (D1 + D2 exp(D3 s)) (1 + D4 ln(rate/RATE0)) (1 + D5 T*). heat: T*, 0 to 1.
+  inline bool fails(const Row &row)
+  {
+    return row.damage_d1 >= 0.0;
+  }
+
+  /// T* of Johnson and Cook.
+  inline double homologous(const Row &row, double temperature)
+  {
+    const double share = (temperature - row.soften_tref) / (row.soften_tmelt - row.soften_tref);
+    return std::max(0.0, std::min(1.0, share));
+  }
+
+  /// Plastic strain at which a metal fails: (D1 + D2 exp(D3 s)) (1 + D4 ln(rate/RATE0)) (1 + D5 T*).
   inline double strain_at_failure(const Row &row, double triaxiality, double rate, double heat)
   {
     const double s = std::min(triaxiality, MOST_TRIAXIALITY);
-    const double by_rate =
-        rate > row.rate_rate0 ? 1.0 + row.damage_d4 * std::log(rate / row.rate_rate0) : 1.0;
-    return (row.damage_d1 + row.damage_d2 * std::exp(row.damage_d3 * s)) * std::max(by_rate, 0.0) *
-        std::max(1.0 + row.damage_d5 * heat, 0.0);
+    const double by_rate = row.damage_d4 > 0.0 && rate > row.rate_rate0
+        ? 1.0 + row.damage_d4 * std::log(rate / row.rate_rate0)
+        : 1.0;
+    return (row.damage_d1 + row.damage_d2 * std::exp(row.damage_d3 * s)) * by_rate *
+        (1.0 + row.damage_d5 * heat);
   }
 
-  /// How far the opening goes [length]; 0: the sphere parts at once.
-  inline double full_opening(const Row &row, double stress)
+  /// Share of the way to its initiation by which a sphere moves on, as the plastic strain around it grows; the stress is that around
+  /// it. Infinite where a metal fails at no strain.
+  inline double progress(const Row &row, double growth, double triaxiality, double rate,
+                         double heat)
   {
-    if (row.rupture >= 0.0) return row.rupture;
-    return stress > 0.0 ? 2.0 * row.rupture_energy / stress : 0.0;
+    if (!(growth > 0.0) || triaxiality <= LEAST_TRIAXIALITY) return 0.0;
+    return growth / strain_at_failure(row, triaxiality, rate, heat);
   }
 
-  /// Once it has begun.
+  /// Of a sphere that has begun to fail. By the energy nothing is known before the stress.
   inline double damage_of(const FailureRecord &own, const Row &row)
   {
-    const double full = full_opening(row, own.stress);
-    return own.opening >= full ? 1.0 : own.opening / full;
+    if (row.rupture >= 0.0) return own.opening >= row.rupture ? 1.0 : own.opening / row.rupture;
+    return std::min(1.0, 0.5 * own.opening * own.stress / row.rupture_energy);
   }
 }    // namespace failing
 

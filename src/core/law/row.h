@@ -165,12 +165,14 @@ namespace rule {
   }
   inline void share_of_rate(const Row &row, const Member *self)
   {
+    not_negative(row, self);
     if (row.*self->value != 0.0 && !(row.rate > 0.0))
       throw BadInput(
           "damage with D4 needs rate C RATE0 in front of it, which says over which rate");
   }
   inline void share_of_heat(const Row &row, const Member *self)
   {
+    not_negative(row, self);
     if (row.*self->value != 0.0 && row.soften_tref < 0.0)
       throw BadInput("damage with D5 needs soften TREF TMELT M in front of it, which says between "
                      "which temperatures");

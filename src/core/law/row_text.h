@@ -109,8 +109,6 @@ inline Row parse_row(const std::vector<std::string> &words)
     throw BadInput(
         "damage and rupture are given together: damage says at which plastic strain a sphere "
         "begins to fail, rupture UF or rupture energy GF how far from there it parts");
-  if (row.rupture >= 0.0 && row.rupture_energy >= 0.0)
-    throw BadInput("rupture is given twice: leave out either rupture UF or rupture energy GF");
   if (row.damage_d1 >= 0.0 && !(row.density > 0.0))
     throw BadInput("damage needs density, which says what stress a force of spheres is");
   if ((row.spacing > 0.0) != (row.coordination > 0.0))

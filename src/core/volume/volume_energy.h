@@ -56,8 +56,9 @@ class VolumeLaw {
   static constexpr double MOST_TAKEN_OVER = 0.006;
   double cavitation = 0.15;    ///< NEVER: no end
 
+  /// tension: share of what an expansion stores, and so of its pull, that is left; the stiffness is that of all.
   VolumeState state(double kv, const VolumeReference &reference, const DensityNow &densities,
-                    const TakenOver &taken = {}) const
+                    const TakenOver &taken = {}, double tension = 1.0) const
   {
     const double slope = reference.own.slope;
     if (!(slope > 0.0)) return {};
@@ -75,6 +76,11 @@ class VolumeLaw {
     }
     const bool takes = taken.bulk > 0.0 && theta > taken.from && cavitation > taken.from;
     if (takes) take_over_expanded(taken, theta, per_slope, state);
+    if (theta > 0.0 && tension < 1.0) {
+      state.energy *= tension;
+      state.bonded *= tension;
+      state.pulling *= tension;
+    }
     if (theta < 0.0 || some_push) {
       const double compressed = (now.bonded - reference.own.rho) * per_slope;
       const double own = std::max(0.0, compressed), gap = reference.gap * per_slope;

@@ -150,11 +150,14 @@ double FixEVPEnergy::kinetic_here() const
 // on this MPI rank
 FixEVPEnergy::Instant FixEVPEnergy::instant_here() const
 {
-  double of_effects = 0.0;
+  double of_effects = 0.0, dissipated = 0.0;
   pair_data->effects.for_each([&](const Effect &one) {
     of_effects += one.energy();
+    dissipated += one.dissipated();
   });
-  return {kinetic_here(), of_effects, work.sums()};
+  Instant now = {kinetic_here(), of_effects, work.sums()};
+  now.pairs.plastic += dissipated;
+  return now;
 }
 
 FixEVPEnergy::Totals FixEVPEnergy::over_all_ranks(Totals totals) const

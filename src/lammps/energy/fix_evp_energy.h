@@ -240,6 +240,7 @@ class FixEVPEnergy :
   {
     work.end_beyond_list();
   }
+  bool takes_dissipated() const override { return true; }
   void add_dissipated(double energy) override { work.add_dissipated(energy); }
   void add_grown(double energy) override { work.add_grown(energy); }
   bool asks_for_powers() const override { return true; }

@@ -45,16 +45,17 @@ class Failure final :
   PairData &pairs;
   SphereRecords<FailureRecord> records;
   std::vector<Row> rows;    // by atom type, from 1
-  bool acts = false, any_parted = false;
-  std::vector<double> strains;    // plastic, of own atoms before the update
-  std::vector<double> rates;      // plastic strain rates, where an effect has them [1/time]
+  bool acts = false, any_parted = false, warned = false;
+  std::vector<double> strains;    // plastic, of own atoms as last seen
+  BondStore::Place rates;         // of plastic strains, where an effect keeps them [1/time]
   std::vector<char> parted;       // of atoms and ghosts
 
   const Row &row_of(int i) const;
   double thickness(int i) const;
   double heat_of(int i) const;
-  void begin(int i, double beyond, double stress);
-  void find_damage(int i);
+  void begin(int i, double strain);
+  void take_given(const BondStore &);
+  void warn();
 };
 
 }    // namespace EVP

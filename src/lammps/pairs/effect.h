@@ -180,7 +180,9 @@ class Effect {
 
   // Energies that others find [energy].
 
-  /// Dissipated by pairs of this MPI rank at fixed distances, as limits fell.
+  /// Dissipated by pairs of this MPI rank at fixed distances, as limits fell. takes_dissipated: what the step that led there has
+  /// to do with it is taken off.
+  virtual bool takes_dissipated() const { return false; }
   virtual void add_dissipated(double) {}
 
   /// Gained by pairs of this MPI rank at fixed distances, as their lengths grew.
@@ -196,6 +198,9 @@ class Effect {
   /// What no pair holds, on this MPI rank [energy].
   virtual double energy() const { return 0.0; }
   virtual double energy_of_present_positions() { return energy(); }
+
+  /// Dissipated of it at fixed positions, as limits fell before these forces [energy].
+  virtual double dissipated() const { return 0.0; }
 
   /// Of a pair of atoms at a distance [force], positive repels.
   virtual double force_between(int /*i*/, int /*j*/, double /*d*/, const PackedPair &) const

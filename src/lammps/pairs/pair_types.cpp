@@ -156,7 +156,7 @@ std::string PairTypes::find_inactive_kv() const
 std::string PairTypes::find_inactive_keywords(bool plastic, const Effects &effects) const
 {
   std::string of_plasticity, of_heat;
-  for (const char *key : {"yield", "soften", "rate", "expansion"}) {
+  for (const char *key : {"yield", "damage", "soften", "rate", "expansion"}) {
     const Member &member = *find_member(key);
     const bool needs_plasticity = !plastic && member.value != &Row::expansion;
     bool given = false;

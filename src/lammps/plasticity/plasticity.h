@@ -10,9 +10,9 @@ namespace EVP {
 
 /// Permanent flow ('plasticity isotropic'): deq moves, and spheres harden by their plastic strain. With 'break' bonds fail at a
 /// plastic strain.
-class Plasticity final : public Effect, public FailureCriterion {
+class Plasticity final : public Effect, public FailureCriterion, protected Pointers {
  public:
-  explicit Plasticity(PairData &pair_data) : pairs(pair_data) {}
+  Plasticity(LAMMPS *lmp, PairData &pair_data) : Pointers(lmp), pairs(pair_data) {}
 
   void pairs_packed(const NeighList *) override { sums.reset(pairs.lists().nall); }
 
@@ -40,6 +40,7 @@ class Plasticity final : public Effect, public FailureCriterion {
   FlowSums sums;
   std::vector<double> strains;    // of atoms and ghosts, where bonds fail by them
   std::vector<double> work;       // of own atoms, since the last time
+  AtomValues velocities{3};       // half a step ago, of atoms and ghosts; or empty
   bool any_fails = false;
   bool were_given = false;    // strains, since the last update
 
@@ -50,6 +51,8 @@ class Plasticity final : public Effect, public FailureCriterion {
     sums.add(pair.i, pair.j, pairs.lists().nreact, FlowSums::ENDED, change);
   }
   void set_limits(bool keeps_below);
+  void find_velocities(bool keeps_below);
+  double work_in_step(const PlacedPair &, double force_lost) const;
   double keep_below_limit(PairList &, int i, int n, double before);
 };
 

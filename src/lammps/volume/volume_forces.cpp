@@ -10,6 +10,7 @@
 #include "comm.h"
 #include "neigh_list.h"
 #include "neighbor.h"
+#include "update.h"
 
 #include <cmath>
 #include <limits>
@@ -54,6 +55,8 @@ void VolumeForces::pairs_packed(const NeighList *neighbors)
   PairLists &lists = pairs->lists();
   BondStore *const store = &this->store();
   records = store->columns<VolumeRecord>();
+  damage = store->find_value("damage");
+  damage_before.clear();
   bonds_end = pairs->bonds_can_fail();
   is_plastic = pairs->rules().plastic;
   columns = Columns(*pairs);
@@ -328,8 +331,44 @@ std::optional<VolumeReference> VolumeForces::find_change(int i)
   return changes ? std::optional(reference) : std::nullopt;
 }
 
+void VolumeForces::note_damage()
+{
+  damage_before.clear();
+  for (int i = 0; damage && i < pairs->lists().nlocal; i++) damage_before.push_back(damage.of(i));
+}
+
+// What spheres store no more as their damage has grown. The half step that led here had their pull of before, the other half has that of
+// now: work is done by the mean of both, and this difference is no dissipation
+void VolumeForces::find_lost_by_damage()
+{
+  lost_by_damage.clear();
+  dissipated_here = 0.0;
+  if (damage_before.empty() || update->whichflag != 1) return;
+  lost_by_damage.assign(damage_before.size(), 0.0);
+  for (int i = 0; i < (int) damage_before.size(); i++) {
+    if (!(damage.of(i) > damage_before[i]) || !(strains[i] > 0.0)) continue;
+    const VolumeState before = state(i, damage_before[i]), now = state(i);
+    const double pull = (before.bonded - now.bonded) * reference(i).own.slope;
+    lost_by_damage[i] = before.energy - now.energy;
+    dissipated_here += lost_by_damage[i] - 0.5 * pull * (strains[i] - records[i].strain);
+  }
+}
+
+void VolumeForces::add_lost_by_damage()
+{
+  damage_before.clear();
+  if (lost_by_damage.empty()) return;
+  for (size_t i = 0; i < lost_by_damage.size(); i++)
+    store().sphere((int) i).work += lost_by_damage[i];
+  pairs->effects.for_each([this](Effect &other) {
+    other.add_plastic_work(lost_by_damage);
+  });
+  lost_by_damage.clear();
+}
+
 void VolumeForces::committed()
 {
+  add_lost_by_damage();
   for (const Leaving &now : leaving) records[now.i].reference = now.reference;
   leaving.clear();
   far.clear();
@@ -574,6 +613,7 @@ void VolumeForces::before_forces(const ParticleView &view)
     if (is_plastic) own[PUSHING] = now.pushing;
     energy_here += now.energy;
   }
+  find_lost_by_damage();
   exchange.forward_comm(pulls);
   on_bonds = {inv_dlim_of.data(), pulls_of(BONDED)};
 }
@@ -612,7 +652,7 @@ template <class F> void VolumeForces::for_each_pair(F &&f) const
 // these positions until the next forces. Its pairs are links already, or become such, without damping. F = -pull 2 t/dlim
 void VolumeForces::add_stiffness(StiffnessMatrix &matrix)
 {
-  const auto kept = std::make_tuple(leaving, energy_here, strains);
+  const auto kept = std::make_tuple(leaving, energy_here, strains, lost_by_damage, dissipated_here);
   before_forces({pairs->positions(), nullptr, nullptr, pairs->lists().nreact});
   StiffnessMatrix::Densities own;
   for (int i = 0; i < atom->nlocal; i++) own.stiffness.push_back(state(i).stiffness);
@@ -628,7 +668,7 @@ void VolumeForces::add_stiffness(StiffnessMatrix &matrix)
     matrix.links[k].across += pull * slope / d;
   });
   matrix.densities.push_back(own);
-  std::tie(leaving, energy_here, strains) = kept;
+  std::tie(leaving, energy_here, strains, lost_by_damage, dissipated_here) = kept;
 }
 
 }    // namespace EVP

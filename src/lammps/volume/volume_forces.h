@@ -72,6 +72,7 @@ class VolumeForces final : public Effect, protected Pointers {
   void unlisted_bonds_found(const std::vector<UnlistedBond> &) override;
 
   // which atoms and ghosts are torn open
+  void begin_update() override { note_damage(); }
   int shared_width(Sharing when) const override { return is_plastic && when != Sharing::PACKED; }
   void put_shared(Sharing, const ValuesOfAtoms &) const override;
   void set_shared(Sharing, const ValuesOfAtoms &) override;
@@ -93,6 +94,7 @@ class VolumeForces final : public Effect, protected Pointers {
 
   void pairs_grow(const Ratio &) override;
   double energy() const override { return energy_here; }
+  double dissipated() const override { return dissipated_here; }
   double energy_of_present_positions() override;
   double force_between(int i, int j, double d, const PackedPair &) const override;
   void add_stiffness(StiffnessMatrix &) override;
@@ -177,6 +179,15 @@ class VolumeForces final : public Effect, protected Pointers {
   std::vector<double> strains;    // of own atoms
   double energy_here = 0.0;
 
+  // Spheres of which an effect keeps a damage pull the less. Where it has grown in this step: that before, of own atoms; else empty
+  BondStore::Place damage;
+  std::vector<double> damage_before;
+  std::vector<double> lost_by_damage;    // of own atoms, at these positions; or empty [energy]
+  double dissipated_here = 0.0;          // see Effect::dissipated()
+  void note_damage();
+  void find_lost_by_damage();
+  void add_lost_by_damage();
+
   /// What an own atom keeps of its reference once bonds have broken, or atoms were torn open.
   struct Leaving {
     int i;
@@ -212,11 +223,12 @@ class VolumeForces final : public Effect, protected Pointers {
   {
     return any_open && (open[i] != CLOSED || open[j] != CLOSED);
   }
-  VolumeState state(int i) const
+  VolumeState state(int i) const { return state(i, damage ? damage.of(i) : 0.0); }
+  VolumeState state(int i, double damage) const
   {
     const double kv = kv_of(i);
     return law.state(kv, reference(i), density(i),
-                     is_plastic && kv > 0.0 ? taken[atom->type[i]] : TakenOver());
+                     is_plastic && kv > 0.0 ? taken[atom->type[i]] : TakenOver(), 1.0 - damage);
   }
   bool takes_over() const
   {
