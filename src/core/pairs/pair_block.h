@@ -226,10 +226,13 @@ class ChangingPairs : public PairConsumer {
   }
 };
 
-/// Says of which particles and ghosts a bond fails where it is stretched.
+/// Says of which particles and ghosts a bond fails.
 class FailureCriterion {
  public:
   virtual bool fails(int i, int j) const = 0;
+
+  /// Only where it is stretched?
+  virtual bool only_stretched() const { return true; }
 
   /// Does no bond begin between them?
   virtual bool bars_joining(int /*i*/, int /*j*/) const { return false; }
@@ -253,7 +256,7 @@ struct EndingBonds final : ChangingPairs {
         const double dsq = distance_squared(block, range, i, n);
         const bool past = dsq > block.cutsq[k];
         const bool stretched = dsq * block.inv_deq[k] * block.inv_deq[k] > STRETCHED;
-        if (!past && !(stretched && fails(i, range.list.j[n]))) continue;
+        if (!past && !fails(i, range.list.j[n], stretched)) continue;
         take(n, dsq);
         if (!past) block.force[k] = block.damping[k] = block.potential[k] = 0.0;
       }
@@ -268,10 +271,10 @@ struct EndingBonds final : ChangingPairs {
       return count_past_cutoff(block, margin) > 0;
     });
   }
-  bool fails(int i, int j) const
+  bool fails(int i, int j, bool stretched) const
   {
-    return std::any_of(criteria.begin(), criteria.end(), [i, j](const FailureCriterion *one) {
-      return one->fails(i, j);
+    return std::any_of(criteria.begin(), criteria.end(), [=](const FailureCriterion *one) {
+      return (stretched || !one->only_stretched()) && one->fails(i, j);
     });
   }
 };

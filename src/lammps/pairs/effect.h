@@ -145,7 +145,7 @@ class Effect {
   using Ratio = std::function<double(int, int)>;
   virtual void pairs_grow(const Ratio &) {}
 
-  /// Which stretched bonds fail from now on; nullptr: none. It must be known before the forces, as densities are summed over the
+  /// Which bonds fail from now on; nullptr: none. It must be known before the forces, as densities are summed over the
   /// bonds that stay: what depends on forces takes those of the last update.
   virtual const FailureCriterion *failure() const { return nullptr; }
 
