@@ -37,11 +37,11 @@ def bonds_of(body, x, cell):
     return i, j, deq, near.r[wanted][first]
 
 
-def sums(i, j, values, n):
-    """Of each atom, over its bonds."""
+def sums(i, j, values, n, to_j=None):
+    """Of each atom, over its bonds; to_j: what j gets, default the same."""
     total = np.zeros((n, *values.shape[1:]))
     np.add.at(total, i, values)
-    np.add.at(total, j, values)
+    np.add.at(total, j, values if to_j is None else to_j)
     return total
 
 
@@ -69,9 +69,11 @@ def test_a_body_that_was_stretched_and_flowed(lmp, periodic):
 
     i, j, r, unit = (values[acts] for values in (i, j, r, unit))
     stress = -0.5 * sums(i, j, flowed.force[acts, None, None] * r[:, :, None] * unit[:, None, :], n)  # times volume, positive in tension
+    stress = stress + sums(i, j, stress[j], n, stress[i])  # over the atom and those that it is bonded to
     mean = np.trace(stress, axis1=1, axis2=2) / 3.0
     mises = np.sqrt(1.5 * np.sum((stress - mean[:, None, None] * np.eye(3))**2, axis=(1, 2)))
-    share = 4.0 / 3.0 * np.pi * periodic.radius**3 / FRACTION
+    volume = 4.0 / 3.0 * np.pi * periodic.radius**3 / FRACTION
+    share = volume + sums(i, j, volume[j], n, volume[i])
     assert np.allclose(found["von_mises"], mises / share, rtol=1e-10)
     assert np.allclose(found["triaxiality"], mean / mises, rtol=1e-9, atol=1e-9)
     assert mean.mean() > 0.0, "control: a body that is pulled"

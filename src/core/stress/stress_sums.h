@@ -6,6 +6,7 @@
 #include "core/pairs/pair_block.h"
 #include "core/stress/stress.h"
 
+#include <algorithm>
 #include <tuple>
 
 namespace EVP {
@@ -16,14 +17,36 @@ EVP_INLINE void add_values(double *to, const double *from, int n)
   for (int c = 0; c < n; c++) to[c] += from[c];
 }
 
+/// Adds to `around` of both ends of each bond of an MPI rank the values of the other end, below nreact.
+inline void add_bonded(const PairList &bonds, int nreact, const AtomValues &own, AtomValues &around)
+{
+  constexpr int AHEAD = 8;    // pairs ahead whose values are prefetched
+  const int width = own.width();
+  call_vectorized([&, last = (int) bonds.size() - 1]() EVP_KERNEL {
+    for (const PackedRow &row : bonds.rows) {
+      double *const to = around[row.i];
+      const double *const from = own[row.i];
+      for (int n = row.first; n < row.last; n++) {
+        const int j = bonds.j[n], later = bonds.j[std::min(n + AHEAD, last)];
+        prefetch(own[later], width * sizeof(double));
+        prefetch(around[later], width * sizeof(double));
+        add_values(to, own[j], width);
+        if (j < nreact) add_values(around[j], from, width);
+      }
+    }
+  });
+}
+
 /// Adds up the stresses of spheres from the forces of a loop: half of the virial of each pair, without damping.
 class StressSums final : public PairConsumer {
  public:
   static constexpr int NSTRESS = std::tuple_size<Tensor>::value;
 
+  static constexpr int WIDTH = NSTRESS + 3;
+
   /// Of particles and ghosts, below nreact with the reactions: -1/2 sum of F/d r (x) r [energy], tension is positive; then the force
   /// of all their pairs, which is the change of f by the loop.
-  AtomValues sums{NSTRESS + 3};
+  AtomValues sums{WIDTH};
 
   /// Before the loop.
   void start(int nall, const ParticleView &view)

@@ -7,8 +7,9 @@
 #include "lammps/base/user_input.h"
 #include "lammps/bonds/fix_evp_bonds.h"
 
-#include "compute_stress_atom.h"
-#include "group.h"
+#include "core/stress/stress.h"
+#include "lammps/stress/sphere_stresses.h"
+
 #include "math_const.h"
 
 #include <algorithm>
@@ -82,17 +83,8 @@ ComputeEVPStateAtom::ComputeEVPStateAtom(LAMMPS *lmp, int narg, char **arg) :
 
   peratom_flag = 1;
   size_peratom_cols = (int) names.size();
-  comm_reverse = NCOUNTS;
-  if (!has(Value::VON_MISES) && !has(Value::TRIAXIALITY)) return;
-
-  // LAMMPS does not know this one: the buffers and the flags are those of this compute
-  std::vector<std::string> words = {id, group->names[igroup], "stress/atom", "NULL", "virial"};
-  std::vector<char *> args;
-  for (std::string &word : words) args.push_back(word.data());
-  stress = std::make_unique<ComputeStressAtom>(lmp, (int) args.size(), args.data());
-  comm_reverse = std::max(comm_reverse, stress->comm_reverse);
-  pressatomflag = stress->pressatomflag;
-  timeflag = stress->timeflag;
+  comm_reverse = std::max((int) NCOUNTS, StressSums::WIDTH);
+  comm_forward = AROUND_WIDTH;
 }
 
 bool ComputeEVPStateAtom::has(Value value) const
@@ -103,7 +95,6 @@ bool ComputeEVPStateAtom::has(Value value) const
 void ComputeEVPStateAtom::init()
 {
   PairData::require(force, error, who);
-  if (stress) stress->init();
 }
 
 void ComputeEVPStateAtom::compute_peratom()
@@ -114,10 +105,10 @@ void ComputeEVPStateAtom::compute_peratom()
     memory->grow(array_atom, nmax, size_peratom_cols, "evp/state/atom:array_atom");
   }
 
-  const auto *pair_data = PairData::require_present(force, error, who);
+  auto *const pair_data = PairData::require_present(force, error, who);
   add_pairs(pair_data);
   reverse_comm(sums);
-  if (stress) stress->compute_peratom();
+  if (has(Value::VON_MISES) || has(Value::TRIAXIALITY)) find_stresses(*pair_data);
   if (pair_data->bonds() && pair_data->bonds()->has_history())
     dynamic_cast<FixEVPBonds *>(scene::find_fix(modify, "evp/bonds"))->return_histories();
 
@@ -180,20 +171,34 @@ double ComputeEVPStateAtom::value_of(size_t column, int i, const PairData *pair_
     default:
       break;
   }
-  const double *const of_volume = stress->array_atom[i];    // xx yy zz xy xz yz
-  const double mean = (of_volume[0] + of_volume[1] + of_volume[2]) / 3.0;
-  double squared = 0.0;    // of the norm of the deviator
-  for (int c = 0; c < 3; c++)
-    squared +=
-        (of_volume[c] - mean) * (of_volume[c] - mean) + 2.0 * of_volume[c + 3] * of_volume[c + 3];
-  const double mises = std::sqrt(1.5 * squared);
-  if (value == Value::TRIAXIALITY) return mises > 0.0 ? mean / mises : 0.0;
-  const double radius = atom->radius[i];
-  return mises * fraction / (MathConst::MY_4PI3 * radius * radius * radius);
+  Tensor of_volume;
+  std::copy_n(around[i], of_volume.size(), of_volume.begin());
+  const double size = EVP::von_mises(of_volume);
+  if (value == Value::TRIAXIALITY) return size > 0.0 ? mean_stress(of_volume) / size : 0.0;
+  return size * fraction / around[i][StressSums::NSTRESS];
+}
+
+// Sums over each atom and those that it is bonded to, of stress times volume and of the volume of the sphere
+void ComputeEVPStateAtom::find_stresses(PairData &pair_data)
+{
+  StressSums stresses;
+  find_stresses_now(pair_data, stresses);
+  reverse_comm(stresses.sums);
+  const PairLists &lists = pair_data.lists();
+  AtomValues own(AROUND_WIDTH, lists.nall);
+  for (int i = 0; i < lists.nlocal; i++) {
+    const double radius = atom->radius[i];
+    std::copy_n(stresses.sums[i], (int) StressSums::NSTRESS, own[i]);
+    own[i][StressSums::NSTRESS] = MathConst::MY_4PI3 * radius * radius * radius;
+  }
+  forward_comm(own);
+  around.assign(lists.nall, 0.0);
+  std::copy_n(own.data(), AROUND_WIDTH * lists.nlocal, around.data());
+  add_bonded(lists.bonds, lists.nreact, own, around);
+  reverse_comm(around);
 }
 
 double ComputeEVPStateAtom::memory_usage()
 {
-  return (double) nmax * size_peratom_cols * sizeof(double) + bytes_of(sums) +
-      (stress ? stress->memory_usage() : 0.0);
+  return (double) nmax * size_peratom_cols * sizeof(double) + bytes_of(sums, around);
 }

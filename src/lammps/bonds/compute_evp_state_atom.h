@@ -2,12 +2,12 @@
 #pragma once
 
 #include "compute.h"
+#include "core/stress/stress_sums.h"
 #include "lammps/base/per_atom.h"
 #include "lammps/pairs/pair_data.h"
 
 #include "memory.h"
 
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -38,11 +38,13 @@ class ComputeEVPStateAtom : public EVP::WithPerAtomComm<Compute> {
   enum Count { WITHIN, SECOND, UNBONDED, NCOUNTS };
 
   EVP::AtomValues sums{NCOUNTS};    // of atoms and ghosts
+  static constexpr int AROUND_WIDTH = EVP::StressSums::NSTRESS + 1;
+  EVP::AtomValues around{AROUND_WIDTH};    // see find_stresses()
   int nmax = 0;
-  std::unique_ptr<Compute> stress;    // stress times volume of each atom, where needed
 
   bool has(Value) const;
   void add_pairs(const EVP::PairData *);
+  void find_stresses(EVP::PairData &);
   static double value_of_effects(const std::string &name, int i, const EVP::PairData *);
   double value_of(size_t column, int i, const EVP::PairData *) const;
 };

@@ -2,13 +2,13 @@
 
 #include "lammps/stress/sphere_stresses.h"
 
-#include "core/base/simd.h"
 #include "core/pairs/pairs.h"
 #include "lammps/pairs/pair_data.h"
 
 #include "atom.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace EVP {
@@ -48,26 +48,6 @@ void SphereStresses::before_forces(const ParticleView &view)
   if (measures) stresses.start(pairs.lists().nall, view);
 }
 
-// Adds to `around` of both ends of each bond of this MPI rank the values of the other end
-void SphereStresses::add_neighbors(const PairList &bonds, int nreact)
-{
-  constexpr int AHEAD = 8;    // pairs ahead whose values are prefetched
-  const int width = own.width();
-  call_vectorized([&, last = (int) bonds.size() - 1]() EVP_KERNEL {
-    for (const PackedRow &row : bonds.rows) {
-      double *const to = around[row.i];
-      const double *const from = own[row.i];
-      for (int n = row.first; n < row.last; n++) {
-        const int j = bonds.j[n], later = bonds.j[std::min(n + AHEAD, last)];
-        prefetch(own[later], width * sizeof(double));
-        prefetch(around[later], width * sizeof(double));
-        add_values(to, own[j], width);
-        if (j < nreact) add_values(around[j], from, width);
-      }
-    }
-  });
-}
-
 // Collective. The stress of each sphere, and the mean over it and those that it is bonded to
 void SphereStresses::after_forces(const ParticleView &view)
 {
@@ -98,7 +78,7 @@ void SphereStresses::after_forces(const ParticleView &view)
   pairs.exchange().forward_comm(own);
   std::copy_n(own.data(), width * lists.nlocal, around.data());
   std::fill(around[lists.nlocal], around.end(), 0.0);
-  add_neighbors(lists.bonds, view.nreact);
+  add_bonded(lists.bonds, view.nreact, own, around);
   pairs.exchange().reverse_comm(around);
 
   for (StressReader *const reader : readers) reader->stresses_begin();
@@ -118,6 +98,46 @@ void SphereStresses::after_forces(const ParticleView &view)
       stress.means += reader->averaged_width();
     }
   }
+}
+
+// By the laws one by one, as the force loop would note what flows
+static BlockLaw law_of(const PairData &pairs, const PairList &list)
+{
+  BlockLaw law;
+  law.evaluate = [&pairs, &list](PairBlock &block, const BlockLaw::Asked &) {
+    const auto first = (size_t) (block.inv_deq - list.inv_deq.data());
+    for (int k = 0; k < block.n; k++) {
+      const PackedPair pair = list.pair(first + k);
+      const double d = std::sqrt(block.distance_squared(k));
+      const bool is_apart =
+          pair.flow == Flow::PLASTIC_CONTACT && d * pair.inv_deq > 1.0 - CONTACT_MARGIN;
+      block.force[k] = block.distance_squared(k) > pair.cutsq || is_apart
+          ? 0.0
+          : pairs.law_of(pair).state(d * pair.inv_deq, pair).force / d;
+    }
+  };
+  return law;
+}
+
+void find_stresses_now(PairData &pairs, StressSums &stresses)
+{
+  PairLists &lists = pairs.lists();
+  AtomValues forces(3, lists.nall);
+  const ParticleView view = {pairs.positions(), nullptr, forces.rows(), lists.nreact};
+  stresses.start(lists.nall, view);
+  for (PairList *const list : {&lists.bonds, &lists.contacts}) {
+    std::vector<PairConsumer *> consumers;
+    pairs.effects.for_each([&](Effect &one) {
+      if (PairConsumer *const adder = one.adds_forces(*list)) consumers.push_back(adder);
+    });
+    consumers.push_back(&stresses);
+    accumulate_forces(*list, law_of(pairs, *list), view, consumers);
+  }
+  pairs.effects.for_each([&](Effect &one) {
+    one.for_each_further_list([&](PairList &list, PairConsumer &adder) {
+      accumulate_forces(list, {}, view, {&adder, &stresses});
+    });
+  });
 }
 
 }    // namespace EVP

@@ -35,6 +35,10 @@ class StressReader {
   ~StressReader() = default;
 };
 
+/// Stresses of atoms and ghosts by the forces at the present positions, without damping: effects have them as of the last forces. Nothing
+/// is changed.
+void find_stresses_now(PairData &, StressSums &);
+
 /// The stresses of spheres by the forces after an update, for the effects that read them, which stand before it in effects.cpp.
 /// Without one it does not act.
 class SphereStresses final : public Effect, protected Pointers {
@@ -61,7 +65,6 @@ class SphereStresses final : public Effect, protected Pointers {
   AtomValues own{READERS}, around{READERS};
 
   std::vector<StressReader *> find_readers() const;
-  void add_neighbors(const PairList &bonds, int nreact);
 };
 
 }    // namespace EVP
