@@ -264,14 +264,13 @@ def test_a_bond_that_breaks_where_its_particles_overlap(lmp, tmp_path, plasticit
 
 
 def test_limits_that_fall(lmp, tmp_path):
-    """Where Y falls with p, what a bond stores above its new limit is dissipated at once, in entry 9: the balance closes to 1e-6 of the work of a bond that is
-    pulled, but for the work over half a step of the force that is lost, since the force of a step is taken as that of its end."""
+    """Where Y falls with p, what a bond stores above its new limit is dissipated at once, in entry 9, with the work over half a step of the force that is lost:
+    the balance closes to 1e-9 of the work of a bond that is pulled."""
     way, steps = 0.01 * DEQ, 20000
     out, = moved(lmp, tmp_path, style(ROW, "none", more=" flow 0 1 0.01 0.2"), (way,), steps)
     first, last = energies(out, 50), energies(out)
-    strong, weak = (abs(float(flow_bond(DEQ + way, DEQ, ROW, y).force)) for y in (ROW.xi_s, 0.2 * ROW.xi_s))
     assert last["first"] < 0.1 * first["first"] and last["ended"] == 0.0, "control"
-    assert last["open"] == pytest.approx(0.5 * (strong - weak) * way / steps, abs=1e-6 * last["movers"])
+    assert abs(last["open"]) < 1e-9 * last["movers"]
     assert last["plastic"] == pytest.approx(last["movers"] - last["first"] + last["open"], rel=1e-9)
 
 

@@ -120,7 +120,10 @@ void Plasticity::find_velocities(bool keeps_below)
   velocities.resize(asked ? pairs.lists().nall : 0);
   if (!asked) return;
   for (int i = 0; i < pairs.lists().nlocal; i++) std::copy_n(atom->v[i], 3, velocities[i]);
-  pairs.exchange().forward_comm_velocities(velocities);
+  if (update->ntimestep == update->firststep + 1)
+    pairs.exchange().forward_comm(velocities);    // a box that deforms is still that of the set-up
+  else
+    pairs.exchange().forward_comm_velocities(velocities);
 }
 
 // The half step that led here had the force of before, the other half has that of now. Work is done by the mean of both, and what
