@@ -60,6 +60,27 @@ class Yield(NamedTuple):
     density: float  # of the solid
 
 
+class Failure(NamedTuple):
+    """Ductile failure, as of a row with `damage` and `rupture`; needs a Yield, or one of stress 0, for the density.
+
+    After the forces of a step with an update, with A_i as of Yield: sigma* = (tr A/3)/mises(A), at most 3; omega_i grows by the mean of the
+    growth of p of that update, over the sphere and those it is bonded to, over D1 + D2 exp(D3 sigma*), but not at sigma* <= -1/3. It stops at 1;
+    the share beyond is taken off the growth of the sphere's own p, the rest is its first opening over L = 1.6 diameters.
+    From the next update on: the opening grows by L times the growth of p, D = opening/UF, or opening mises(A) at initiation/(2 GF), at most 1. Bonds
+    have the limit y_i Y(p at initiation)/Y(p_i) max(0.001, 1 - D), contacts y_i; what an expansion stores is multiplied by 1 - D. With D = 1
+    all bonds of the sphere end, and it joins no more.
+    """
+
+    damage: tuple  # D1 D2 D3
+    rupture: float = 0.0  # UF [length]
+    energy: float = None  # GF [energy/area], instead of UF
+
+    def strain(self, triaxiality):
+        """Plastic strain at initiation."""
+        d1, d2, d3 = self.damage
+        return d1 + d2 * np.exp(d3 * np.minimum(triaxiality, 3.0))
+
+
 class Volume(NamedTuple):
     """Volume energy of the pairs: kv, its Rest, and (bulk, from) of what it takes over from bonds."""
 
@@ -92,7 +113,7 @@ class Metal:
     """
 
     def __init__(self, x, v, radius, mass, rows, bonds, dt, flows=None, types=None, contact="none", near=None, every=10,
-                 failure=None, prescribed=None, p=0.0, join=1.2, condition=None, volume_energy=None):
+                 failure=None, prescribed=None, p=0.0, join=1.2, condition=None, volume_energy=None, fails=None):
         if contact not in ("none", "repulsive", "join"):
             raise ValueError(f"contact {contact} has no plasticity")
         self.x, self.v = np.array(x, dtype=float), np.array(v, dtype=float)
@@ -118,6 +139,9 @@ class Metal:
             self._laws[kind] = own, flows[kind] if isinstance(flows, dict) else flows
         self.p, self.slip, self.work = np.full(n, p, dtype=float), np.zeros(n), np.zeros(n)
         self.condition, self.volume_energy = condition, volume_energy
+        self.fails, self.growth = fails, np.zeros(n)
+        self.omega, self.opening, self.damage, self.triaxiality = (np.zeros(n) for _ in range(4))
+        self.strain_at, self.stress_at, self.began = np.zeros(n), np.zeros(n), np.zeros(n, dtype=bool)
         self.count = self._to_spheres(self.bonded)
         self.factor, self.around, self.along, self.mean_stress = np.ones(n), np.ones(n), np.zeros(n), np.zeros(n)
         self.fresh = ~self.bonded
@@ -173,9 +197,47 @@ class Metal:
         single = own / volumes[:, None, None]
         self.along = 1.5 * np.sum(single * deviator(mean), axis=(1, 2)) / np.where(self.mean_stress > 0.0, self.mean_stress, np.inf)
         self.around = around(self.factor) / around(np.ones(len(self.x)))
+        if self.fails:
+            self._initiate(np.trace(mean, axis1=1, axis2=2) / 3.0, around(self.growth) / around(np.ones(len(self.x))))
+
+    def _initiate(self, mean, growth):
+        """omega by the mean stress and the mean growth of p around each sphere."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            self.triaxiality = np.where(self.mean_stress > 0.0, mean / self.mean_stress, self.triaxiality)
+            moved = np.where((growth > 0.0) & (self.triaxiality > -1.0 / 3.0), growth / self.fails.strain(self.triaxiality), 0.0)
+            grows, sound = self.omega + moved, self.omega < 1.0
+            begins = sound & (grows >= 1.0)
+            self.opening = np.where(begins, 3.2 * self.radius * self.growth * np.where(np.isfinite(moved), (grows - 1.0) / moved, 1.0), self.opening)
+        self.omega = np.where(sound, np.minimum(1.0, grows), self.omega)
+        self.stress_at[begins] = self.mean_stress[begins]
+        if self.condition.stress:
+            self.stress_at[begins] = np.maximum(self.stress_at, 0.1 * self._flow_stresses())[begins]
+
+    def _damage(self):
+        """By the growth of p at an update."""
+        fails, length = self.omega >= 1.0, 3.2 * self.radius
+        fresh = fails & ~self.began
+        self.strain_at[fresh] = (self.p - self.growth - self.opening / length)[fresh]
+        self.began |= fresh
+        self.opening[fails] += (length * self.growth)[fails]
+        if self.fails.energy:
+            damage = 0.5 * self.opening * self.stress_at / self.fails.energy
+        else:
+            damage = self.opening / self.fails.rupture if self.fails.rupture else np.ones(len(self.x))
+        self.damage[fails] = np.minimum(1.0, damage)[fails]
+
+    def _left(self):
+        """Limits of bonds over those of contacts (N,), by damage and by the hardening that has stopped."""
+        found = np.ones(len(self.x))
+        for kind, (row, flow) in self._laws.items():
+            mine = (self.types == kind) & self.began
+            stopped = law.limit(np.minimum(self.strain_at, self.p)[mine], row, flow) / law.limit(self.p[mine], row, flow)
+            found[mine] = stopped * np.maximum(0.001, 1.0 - self.damage[mine])
+        return found
 
     def _of_pair(self, y):
-        return np.minimum(y[self.i], y[self.j])
+        held = y * self._left() if self.fails else y
+        return np.where(self.bonded, np.minimum(held[self.i], held[self.j]), np.minimum(y[self.i], y[self.j]))
 
     def _flow(self, d, deq, y):
         """Flowed of all pairs at d with deq and the limit y (P,); contacts do nothing with contact none."""
@@ -196,6 +258,9 @@ class Metal:
         if self.failure is not None:
             reached = 0.5 * (self.p[self.i] + self.p[self.j]) >= self.failure
             fails = self.bonded & ~past & (d > self.deq) & reached
+        if self.fails:
+            parted = self.damage >= 1.0
+            fails |= self.bonded & ~past & (parted[self.i] | parted[self.j])
         acts = np.where(self.bonded, ~past & ~fails, (d < self.deq) & (self.contact != "none"))
         opening = np.sum(unit * (self.v[self.i] - self.v[self.j]), axis=1)
         force, damping = np.where(acts, flowed.force, 0.0), np.where(acts, -self.row.gamma * opening, 0.0)
@@ -206,7 +271,7 @@ class Metal:
         self.force = self._to_spheres((self.pairs.force + self.pairs.damping)[:, None] * self.pairs.unit, -1.0)
         if self.volume_energy:
             kv, rest, taken = self.volume_energy
-            self.by_volume = volume.evaluate(self.x, self.i, self.j, self.dlim, kv, rest, fresh=self.fresh, taken=taken)
+            self.by_volume = volume.evaluate(self.x, self.i, self.j, self.dlim, kv, rest, fresh=self.fresh, taken=taken, tension=1.0 - self.damage)
             self.force += self.by_volume.force
 
     def _book(self, dissipated, slip):
@@ -218,14 +283,17 @@ class Metal:
     def _update(self):
         growth, has_bonds = np.zeros(len(self.x)), self.count > 0
         growth[has_bonds] = self.slip[has_bonds] / self.count[has_bonds] / law.SLIP_PER_STRAIN
-        if self.condition:
-            flow_stress = self._flow_stresses()
+        if self.condition and self.condition.stress:
+            flow_stress = self._flow_stresses() * (self._left() if self.fails else 1.0)
             growth[self.mean_stress < 0.5 * flow_stress] = 0.0
             self._move_factors(growth, flow_stress)
-        self.p += growth
+        before = self._of_pair(self.y)
+        self.p, self.growth = self.p + growth, growth
+        if self.fails:
+            self._damage()
         self.slip[:] = 0.0
         self.count = self._to_spheres(self.bonded)
-        before, self.y = self._of_pair(self.y), self._limits()
+        self.y = self._limits()
         after = self._of_pair(self.y)
         d = np.linalg.norm(self.x[self.i] - self.x[self.j], axis=1)
         held = self._flow(d, self.deq, before)  # what flows in this step anyhow
@@ -247,6 +315,8 @@ class Metal:
             return
         near, apart = now.d <= self.join * self.touching, now.d > APART * self.join * self.touching
         begins = ~self.bonded & ~ends & ~self.inside & near
+        if self.fails:
+            begins &= (self.damage[self.i] < 1.0) & (self.damage[self.j] < 1.0)
         self.inside = ~self.bonded & ~apart & (self.inside | ends)
         self.lost += float(np.sum(now.flowed.stored[begins]))
         self.joined += int(np.sum(begins))

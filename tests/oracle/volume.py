@@ -58,10 +58,11 @@ def at_rest(i, j, deq, dlim, count, types=None):
     return Rest(rho, slope, gap, np.zeros(count, dtype=bool), np.zeros(count))
 
 
-def evaluate(x, i, j, dlim, kv, rest, cavitation=0.15, fresh=False, taken=(0.0, 0.0)):
+def evaluate(x, i, j, dlim, kv, rest, cavitation=0.15, fresh=False, taken=(0.0, 0.0), tension=1.0):
     """Volume of the pairs (i, j) (P,) at positions x (N,3) [length], all that may come within their dlim (P,) [length].
 
-    kv: a number or (N,) [energy]; cavitation: inf for none; fresh (P,): pairs that were not recorded; taken: bulk [energy] and x0.
+    kv: a number or (N,) [energy]; cavitation: inf for none; fresh (P,): pairs that were not recorded; taken: bulk [energy] and x0;
+    tension (N,): share of what an expansion stores, and so of its pull, that is left.
     """
     x = np.asarray(x, dtype=float)
     count = len(x)
@@ -77,6 +78,8 @@ def evaluate(x, i, j, dlim, kv, rest, cavitation=0.15, fresh=False, taken=(0.0, 
     u = np.where(torn, np.minimum(cavitation, 1e9)**2 - 0.5 * left**2, 0.5 * theta**2)
     u = np.where(theta < 0.0, 0.5 * (own**2 + beyond**2 - counted**2), u)
     pulls = np.where(torn, left, np.where(theta < 0.0, counted - own - beyond, theta)), np.where(torn, left, np.where(theta < 0.0, -beyond, theta))
+    tension = np.where(theta > 0.0, tension, 1.0)
+    u, pulls = tension * u, tuple(tension * pull for pull in pulls)
     u = u + np.where(rest.torn & (theta >= 0.0), 0.5 * (beyond**2 - counted**2), 0.0)
     pulls = pulls[0] + np.where(rest.torn & (theta >= 0.0), counted - beyond, 0.0), np.where(rest.torn, -beyond, pulls[1])
     bulk, x0 = taken
@@ -85,11 +88,12 @@ def evaluate(x, i, j, dlim, kv, rest, cavitation=0.15, fresh=False, taken=(0.0, 
     per_unit = beyond_x0 / np.where(squeezed > 0.0, squeezed, 1.0)
     most = min(cavitation - x0, 0.006)
     pulled = np.minimum(np.clip(theta - x0, 0.0, 0.006), most) * np.clip(2.0 - theta / cavitation, 0.0, 1.0)
-    more = [np.where(theta < 0.0, pull * per_unit, pulled) for pull in pulls]
+    more = [np.where(theta < 0.0, pull * per_unit, tension * pulled) for pull in pulls]
     grown, first = np.clip(theta, x0, cavitation) - x0, np.clip(theta - x0, 0.0, 0.006)
     added = np.where(theta < 0.0, 0.5 * beyond_x0**2, first * (grown - 0.5 * first))
     part = np.clip(theta / cavitation - 1.0, 0.0, 1.0)
     added = added + np.where(theta > cavitation, most * cavitation * (part - 0.5 * part**2), 0.0)
+    added = tension * added
     g = [kv * pull * share + bulk * own_more * share for pull, own_more in zip(pulls, more)]
     pair_force = -np.where(fresh, g[1][i] + g[1][j], g[0][i] + g[0][j]) * 2.0 * t / dlim
     f = (pair_force / d)[:, None] * r

@@ -179,7 +179,7 @@ TEST(ParseRow, RefusesWhatIsNoRow)
       {"1e308 8 4 3 8 4 0.005 0 1.5", "overflow"},
       {TABLE1 + " pitch 1", "unknown keyword 'pitch'", "after its 9 values",
        "spacing, coordination, kv, density, yield, conductivity, capacity, soften, melt, rate, "
-       "expansion, flow, limit"},
+       "expansion, damage, rupture, rupture energy, flow, limit"},
       {TABLE1 + " limit", "keyword limit of a row takes the word own"},
       {TABLE1 + " limit 3", "keyword limit of a row takes the word own"},
       {"80 8 4 3 8 4 0.19 0 1.5 limit own", "limit own needs xi_s below 0.189207"},

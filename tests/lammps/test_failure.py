@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: GPL-2.0-only
+"""Rows with `damage` and `rupture`: spheres that fail by their plastic strain and their stress, soften, and part."""
+
+import numpy as np
+import pytest
+from flowing import flow_words, read_pairs
+from oracle import metal, volume
+from small_bodies import SPACING, dump, grips, head, lattice_body, mass_of, record, thermo, two_groups, velocities, words, write_body, write_two
+from test_yield import DENSITY, DT, ENERGY, FLOW, KV, MOVE, PULL, ROW, STRESS, body_of, measures, style
+
+STEPS = 400
+DAMAGE = (0.004, 0.004, -1.5)
+UF, GF = 6e-5, 400.0
+
+
+def failing(damage=DAMAGE, rupture=f"{UF}"):
+    """Words of a row."""
+    return f" damage {' '.join(map(str, damage))} 0 0 rupture {rupture}"
+
+
+VALUES = {"plastic_strain": "p", "omega": "omega", "damage": "damage", "opening": "opening", "stress_at_initiation": "stress_at",
+          "triaxiality_at_update": "triaxiality"}
+
+
+@pytest.mark.parametrize("contact, rupture, kv, ranks, newton", [
+    ("none", f"{UF}", 0.0, 1, "on"), ("repulsive", f"energy {GF}", 0.0, 2, "off"), ("join 1.4", "0", 0.0, 4, "on"), ("none", "0.01", KV, 2, "on")])
+def test_a_body_against_the_second_writing(lmp, tmp_path, contact, rupture, kv, ranks, newton):
+    """Motion, omega, damage and the bonds that end of a body that is pulled apart, as tests/oracle has them. At initiation omega is 1: the sum over the
+    updates of the growth of plastic strain around a sphere over the strain at failure at its triaxiality."""
+    body, steps = body_of(), 200 if kv else STEPS  # with the volume energy no bond may end, nor a sphere be torn open
+    write_body(tmp_path / "body.data", body)
+    text = head(newton) + style(body, contact, kv, failing(rupture=rupture)) + PULL + f"fix move all nve\ntimestep {DT}\nthermo {steps}\n" + dump(every=steps)
+    run = lmp(text + f"run {steps}\nwrite_evp_bonds end.bonds\n", ranks).ok()
+    first, last = run.dump("all.dump")
+    energy = None
+    if kv:
+        i, j = np.array(list(body.bonds)).T - 1
+        rest = volume.at_rest(i, j, np.array(list(body.bonds.values())), ROW.alpha * (body.radius[i] + body.radius[j]), len(body.x))
+        energy = metal.Volume(kv, rest, (ROW.m1 * ROW.n1 * ROW.e1 * measures(body)[1] / 18.0, 2.0 * ROW.xi_s))
+    key, *number = rupture.split()
+    fails = metal.Failure(DAMAGE, energy=float(number[0])) if number else metal.Failure(DAMAGE, float(key))
+    own = metal.Metal(first.x, first.v, body.radius, mass_of(body.radius), ROW, body.bonds, DT, FLOW, contact=contact.split()[0], join=float((contact + " 1.2").split()[1]),
+                      near=np.stack(np.triu_indices(len(body.x), 1), axis=1) if kv else None, condition=metal.Yield(STRESS, DENSITY), volume_energy=energy, fails=fails).run(steps)
+    assert np.abs(last.x - own.x).max() < 1e-10 and np.abs(last.v - own.v).max() < 1e-7 * np.abs(own.v).max()
+    pairs = read_pairs(tmp_path / "end.bonds")
+    for name, attribute in VALUES.items():
+        values, found = getattr(own, attribute), pairs.column(name)
+        assert np.array([found[k] for k in sorted(found)]) == pytest.approx(values, rel=1e-6, abs=1e-8 * np.abs(values).max()), name
+    assert (pairs.joined, pairs.ended) == (own.joined, own.ended)
+    assert np.sum(own.omega >= 1.0) > 5 and (own.damage.max() > 0.2 if kv else np.sum(own.damage >= 1.0) > 5), "control"
+
+
+MORE = failing(rupture="1e-3")
+
+
+@pytest.mark.parametrize("ranks, newton, again", [(1, "on", "restart"), (2, "off", "file"), (4, "on", "restart"), (4, "off", "")])
+def test_whatever_the_ranks_and_restarts(lmp, tmp_path, ranks, newton, again):
+    """With joining and the volume energy: the same events on any number of ranks, with newton on and off, from a restart file of any step, and from text files."""
+    body = body_of()
+    write_body(tmp_path / "body.data", body)
+    material = style(body, "join 1.4", KV, MORE)
+
+    def ended(text, n, name):
+        run = lmp(text, n).ok()
+        return run.thermo(), read_pairs(tmp_path / name)
+
+    table, pairs = ended(head("on") + material + PULL + ENERGY + MOVE + "run 295\nwrite_evp_bonds whole.bonds\n", 1, "whole.bonds")
+    first = head(newton) + material + PULL + ENERGY + MOVE
+    if not again:
+        found, other = ended(first + "run 295\nwrite_evp_bonds other.bonds\n", ranks, "other.bonds")
+    else:
+        save = "write_restart half.restart\n" if again == "restart" else "write_data half.data nocoeff\nwrite_evp_bonds half.bonds\n"
+        lmp(first + "run 83\n" + save, ranks).ok()
+        start = "read_restart half.restart" if again == "restart" else "read_data half.data\nreset_timestep 83"
+        bonds = material if again == "restart" else material.replace("evp/bonds", "evp/bonds file half.bonds")
+        found, other = ended(head(newton, start=start) + bonds + ENERGY + MOVE + "run 212\nwrite_evp_bonds other.bonds\n", ranks, "other.bonds")
+    for name in ("PotEng", "KinEng", "Pxx", "Pyz"):
+        assert found[name][-1] == pytest.approx(table[name][-1], rel=1e-7, abs=1e-7 * np.abs(table[name]).max()), name
+    assert other.bonds == pytest.approx(pairs.bonds, rel=1e-9) and (other.joined, other.ended, other.failed) == (pairs.joined, pairs.ended, pairs.failed)
+    for name in VALUES:
+        values = np.array(list(pairs.column(name).values()))
+        assert other.column(name) == pytest.approx(pairs.column(name), rel=1e-6, abs=1e-9 * np.abs(values).max()), name
+    assert pairs.joined > 0 and pairs.failed > 20 and 0.0 < np.mean(list(pairs.column("damage").values())) < 0.9, "control"
+
+
+def test_in_compression_never(lmp, tmp_path):
+    """A periodic body that is sheared under pressure, its triaxiality below -1/3: no sphere comes nearer to failure, whatever its plastic strain."""
+    body = lattice_body((5, 5, 5), "xyz")
+    body = body._replace(types=np.ones_like(body.types))
+    write_body(tmp_path / "body.data", body)
+    press = "fix press all deform 1 x erate -200 y erate 50 z erate 30 remap x\n"
+    text = head(boundary="p p p") + style(body, "none", KV, failing()) + f"fix move all nve\ntimestep {DT}\n" + press
+    text += "compute state all evp/state/atom triaxiality\ncompute most all reduce max c_state[5]\n" + thermo("c_most") + "thermo 40\nrun 800\nwrite_evp_bonds end.bonds\n"
+    table = lmp(text).ok().thermo()
+    assert table["c_most"][4:].max() < -1.0 / 3.0, "control"
+    pairs = read_pairs(tmp_path / "end.bonds")
+    assert np.mean(list(pairs.column("plastic_strain").values())) > 2.0 * sum(DAMAGE[:2]), "control"
+    assert set(pairs.column("omega").values()) == {0.0} and pairs.failed == 0
+
+
+def test_far_from_failure_nothing_is_another_bit(lmp, tmp_path):
+    body = body_of()
+    write_body(tmp_path / "body.data", body)
+    dumps = []
+    for more in ("", failing((1e9, 0.0, 0.0))):
+        text = head("on") + style(body, "join 1.4", KV, more) + PULL + f"fix move all nve\ntimestep {DT}\n" + dump(every=300)
+        dumps.append(lmp(text + "run 300\n", 2).ok().dump("all.dump")[-1])
+    assert np.array_equal(dumps[0].x, dumps[1].x) and np.array_equal(dumps[0].f, dumps[1].f)
+
+
+GIVEN = "fix_modify bonds plastic_strain all 1\n"  # beyond the strain at failure in tension
+
+
+def test_debris_neither_sticks_nor_blows_up(lmp, tmp_path):
+    """A body all spheres of which have parted falls to pieces that repel, and join no more: pressed together and released it loses no energy but to flow, and
+    never pulls."""
+    body = body_of()
+    write_body(tmp_path / "body.data", body)
+    push = velocities("-60*(x-0.025)+4*sin(5.1*id)", "-60*(y-0.02)+4*cos(7.3*id)", "-60*(z-0.02)")
+    text = head("off") + style(body, "join 1.2", KV, failing(rupture="0")) + GIVEN + push + ENERGY + MOVE + thermo("pe ke pxx pyy pzz f_bonds f_bonds[6] f_bonds[7] f_energy f_energy[9]")
+    table = lmp(text + "thermo 20\nrun 4000\n", 2).ok().thermo()
+    assert np.all(table["f_bonds[6]"] == 0.0) and table["f_bonds[7]"][-1] == len(body.bonds)
+    start = table["KinEng"][0]
+    assert np.abs(table["f_energy"]).max() < 1e-3 * start and table["KinEng"].max() < 1.01 * start
+    pressure = table["Pxx"] + table["Pyy"] + table["Pzz"]
+    assert pressure.min() > -1e-9 * pressure.max() > -np.inf and pressure.argmax() > 0, "control: it is pressed later"
+    assert table["PotEng"][-1] < 1e-3 * start, "it flies apart"
+
+
+@pytest.mark.parametrize("given", [GIVEN, ""])
+def test_contacts_hold_under_pressure_as_before(lmp, tmp_path, given):
+    """Two spheres that have parted: their contact has the force of two that were never bonded, with its limit, and flows as theirs."""
+    write_two(tmp_path / "body.data", 0.0101)
+    row = f"{words(ROW)} density {DENSITY}{flow_words(FLOW)}{failing(rupture='0')}"
+    forces = []
+    for zone in ("", " zone 1.000001"):
+        text = head(skin=0.002) + f"pair_style evp/lj contact repulsive plasticity isotropic\npair_coeff * * {row}\nfix bonds all evp/bonds{zone}\n"
+        text += (given if not zone else GIVEN) + two_groups(10, -10) + "fix move all nve/noforce\ntimestep 1e-7\nthermo 10\nvariable f equal fx[2]\n" + thermo("v_f")
+        forces.append(lmp(text + "run 500\n").ok().thermo()["v_f"])
+    assert forces[1][-1] > 0.0 and np.ptp(forces[1][-10:]) < 0.2 * forces[1][-1], "control: it has flowed"
+    assert (np.abs(forces[0][5:] - forces[1][5:]).max() < 1e-3 * forces[1][-1]) == (given != "")
+
+
+def test_energy_of_a_notched_bar(lmp, tmp_path):
+    """To rupture by grips: the balance closes to 1e-3 of the plastic work, on 2 ranks with newton off; each sphere that parts is in or beside the notch, and the bar
+    carries nothing in the end."""
+    body = lattice_body((16, 6, 4))
+    middle = SPACING * np.array([8.0, 3.0])
+    kept = (np.abs(body.x[:, 0] - middle[0]) > 1.2 * SPACING) | (np.abs(body.x[:, 1] - middle[1]) < 2.1 * SPACING)
+    body = body._replace(x=body.x[kept], radius=body.radius[kept], types=np.ones(kept.sum(), dtype=int))
+    body = body._replace(bonds=record(body.x, body.radius, 1.5, body.cell))
+    write_body(tmp_path / "body.data", body)
+    length = 16.0 * SPACING
+    pull = grips(2.0 * SPACING, length - 2.0 * SPACING) + velocities(f"60*(x-{0.5 * length})") + "velocity left set -3.6 0 0\nvelocity right set 3.6 0 0\n"
+    move = f"fix move free nve\nfix hold grips nve/noforce\ntimestep {2 * DT}\nthermo 50\ncompute state all evp/state/atom damage\n"
+    text = head("off") + style(body, "join 1.2", KV, failing((0.02, 0.02, -1.5), "1e-3")) + pull + ENERGY + move + thermo("f_energy f_energy[9] f_energy[11] pxx f_bonds[7]")
+    run = lmp(text + dump(every=4000, columns="x y z c_state[5]") + "run 4000\n", 2).ok()
+    table, last = run.thermo(), run.dump("all.dump")[-1]
+    plastic = table["f_energy[9]"][-1]
+    print("IMBALANCE", np.abs(table["f_energy"]).max() / plastic, table["Pxx"].min(), table["Pxx"][-1], table["f_bonds[7]"][-1], plastic)
+    assert np.abs(table["f_energy"]).max() < 1e-3 * plastic
+    parted = last["c_state[5]"] >= 1.0
+    assert 5 < parted.sum() < 0.3 * len(parted) and np.all(np.abs(body.x[parted, 0] - middle[0]) < 3.5 * SPACING)
+    assert abs(table["Pxx"][-1]) < 0.1 * abs(table["Pxx"].min()), "control: it has parted"
+
+
+def test_a_minimization_tells_that_damage_waits(lmp, tmp_path):
+    body = body_of()
+    write_body(tmp_path / "body.data", body)
+    pull = grips(0.011, 0.039) + "fix hold grips setforce 0 0 0\nmin_modify dmax 1e-5\n"
+    step = "displace_atoms all ramp x -0.0005 0.0005 x 0 0.05 units box\nminimize 0 1e-3 3000 3000\n"
+    run = lmp(head("on") + style(body, "none", 0.0, failing(rupture="0")) + pull + 6 * step + "write_evp_bonds end.bonds\n").ok()
+    told = [line for line in run.warnings() if "spheres begin to fail in a minimization, in which damage does not move on: use a run in time" in line]
+    pairs = read_pairs(tmp_path / "end.bonds")
+    assert len(told) == 1 and max(pairs.column("omega").values()) == 1.0 and set(pairs.column("damage").values()) == {0.0} and pairs.failed == 0
+
+
+def test_what_acts_is_told(lmp, tmp_path):
+    body = body_of()
+    write_body(tmp_path / "body.data", body)
+
+    def told(text):
+        return next(line for line in lmp(head("on") + text + "run 0\n").ok().stdout.splitlines() if line.startswith("evp/lj:"))
+
+    assert "spheres fail by the damage of their row" in told(style(body, more=failing()))
+    assert "fail by" not in told(style(body)) and "inactive without plasticity isotropic: yield, damage" in told(style(body, more=failing()).replace("isotropic", "none"))
