@@ -158,6 +158,8 @@ KNOWN = {
     "strain_rate": Column("plastic strain rate", "1/s"),
     "thermal_growth": Column("thermal growth of lengths"),
     "volume_strain": Column("volume strain", "%", 100.0),
+    "omega": Column("share of the strain at failure"),
+    "damage": Column("damage"),
     "von_mises": Column("von Mises stress", "MPa", 1e-6),
     "triaxiality": Column("triaxiality"),
     "temperature": Column("temperature", "K"),
@@ -171,7 +173,7 @@ KNOWN = {
 }
 LOADS = ("strain", "angle")  # of a whole body, in a dump the same for all its atoms
 # Values of compute evp/state/atom where they are asked for; von_mises comes with fraction.
-ON_REQUEST = {name: name for name in ("plastic_work", "plastic_strain", "latent_heat", "limit_factor", "strain_rate", "thermal_growth", "volume_strain", "triaxiality")}
+ON_REQUEST = {name: name for name in ("plastic_work", "plastic_strain", "latent_heat", "limit_factor", "strain_rate", "thermal_growth", "volume_strain", "triaxiality", "omega", "damage")}
 ON_REQUEST["von_mises"] = "von_mises fraction PHI"
 STATE = ("bonds", "share_second", "share_lost", "new_pairs")  # its first four
 
