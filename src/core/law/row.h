@@ -47,7 +47,7 @@ struct Row {
   double density = 0.0;         ///< of the solid [mass/volume]
   FlowTable flow = {};          ///< with plasticity
   double yield = 0.0;           ///< flow stress where the limit is xi_s [pressure]; 0: none
-  // ductile failure (Johnson and Cook): strain at initiation, below 0: none; then the way or energy to rupture, below 0: none
+  // ductile failure (Johnson and Cook): strain at initiation, below 0: none; then opening or energy of rupture, below 0: none
   double damage_d1 = -1.0, damage_d2 = 0.0, damage_d3 = 0.0, damage_d4 = 0.0, damage_d5 = 0.0;
   double rupture = -1.0;           ///< [length]
   double rupture_energy = -1.0;    ///< [energy/area]
