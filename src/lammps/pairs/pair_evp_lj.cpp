@@ -24,7 +24,7 @@ using namespace LAMMPS_NS;
 using namespace EVP;
 using scene::rows;
 
-static constexpr double RESTART_FORMAT = 2012;    // first word of our section in restart files
+static constexpr double RESTART_FORMAT = 2013;    // first word of our section in restart files
 static constexpr double LONGEST_ID = 1000;
 static constexpr size_t SETTINGS = 10;    // words of it in front of the ID of the fix that recorded
 
