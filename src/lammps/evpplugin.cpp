@@ -3,6 +3,7 @@
 
 #include "lammps/host_guard.h"
 
+#include "lammps/bonds/compute_evp_fragment_atom.h"
 #include "lammps/bonds/compute_evp_state_atom.h"
 #include "lammps/bonds/fix_evp_bonds.h"
 #include "lammps/commands/commands.h"
@@ -97,6 +98,8 @@ extern "C" __attribute__((visibility("default"))) void lammpsplugin_init(void *l
   add("fix", "evp/heat", create<FixEVPHeat, int, char **>, "EVP heat of deformation");
   add("fix", "evp/volume", create<FixEVPVolume, int, char **>, "EVP volume energy");
   add("compute", "evp/dt", create<ComputeEVPDt, int, char **>, "EVP largest stable timestep size");
+  add("compute", "evp/fragment/atom", create<ComputeEVPFragmentAtom, int, char **>,
+      "EVP fragment that each atom is in");
   add("compute", "evp/state/atom", create<ComputeEVPStateAtom, int, char **>,
       "EVP state of each atom's pairs");
 }
