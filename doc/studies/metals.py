@@ -85,6 +85,21 @@ METALS = {
                             "conductivity 6.7 capacity 560 soften 298 1878 1.1 melt 296e3", f"softening: Lesuer, DOT/FAA/AR-00/25, 2000; {ASM}; {FUSION}"),
 }
 
+JOHNSON_COOK = "Johnson and Cook, Engineering Fracture Mechanics 21 (1985) 31"
+# Of rows NAME_failing, which go on with it: words of the row, and where they are from. D4 is left out, as these rows have no rate.
+FAILURE = {
+    "aluminium_2024T351": ("damage 0.13 0.13 -1.5 0 0 rupture energy 14000", "D1 to D3: Johnson and Holmquist, LA-11463-MS, 1989 (D4 0.011, D5 0); toughness: K_IC of 34 MPa m^0.5, typical of plate, as K_IC^2 (1 - nu^2)/E"),
+    "steel_4340": ("damage 0.05 3.44 -2.12 0 0.61 rupture 0", f"{JOHNSON_COOK} (D4 0.002), D = 1 at initiation"),
+    "copper_OFHC": ("damage 0.54 4.89 -3.03 0 1.12 rupture 0", f"{JOHNSON_COOK} (D4 0.014), D = 1 at initiation"),
+}
+
+
+def failing_rows(lines):
+    """Blocks of the rows NAME_failing, of the lines of the others."""
+    rows = dict(line.split(" ", 1) for line in lines if line and not line.startswith("#"))
+    return [line for name, (words, source) in FAILURE.items()
+            for line in ("", f"# {name}_failing: {name} that fails", f"#   source: {source}", f"{name}_failing {rows[name]} {words}")]
+
 
 def targets_of(metal):
     """Targets of a metal."""
@@ -242,7 +257,7 @@ def main(words=None):
             mark, rest = (study.work / f"{name}.evp").read_text(encoding="utf-8").partition(f"# {name}:")[1:]
             lines = (mark + rest).splitlines()
             rows += ["", lines[0], f"#   source: {metal.title}: {metal.source}", f"#   heat: {metal.heat_source}", *lines[1:-1], f"{lines[-1]} {metal.heat}"]
-        rows += [line for name, block in stood.items() if name not in METALS for line in ("", *block.splitlines())]
+        rows += failing_rows(rows)
         POTENTIALS.write_text("\n".join([head, *rows, ""]), encoding="utf-8")
         draw(study, results)
         study.write(**page(results, pressed))

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""in.vbend and in.extrude beside closed forms: plastic hinge, ideal work; balance of forces and energies, what springs back, what has flowed."""
+"""in.vbend, in.extrude and in.blank beside closed forms: plastic hinge, ideal work, flow stress in shear; balance of forces and energies, what springs back, what has
+flowed, where a sheet parts."""
 
 import re
 
@@ -12,6 +13,7 @@ METAL = "160 8 4 1.4 8 4 0.0007 0 1.5 spacing 0.00374 coordination 13.05 kv 700 
 
 sheet = packed("sheet.data", n=900, shape="block", length=0.06, width=0.015, height=0.009)
 thick = packed("thick.data", n=300, shape="block", length=0.02, width=0.02, height=0.04)
+strip = packed("strip.data", n=900, shape="sheet", length=0.01, width=0.002, height=0.0012)
 billet = packed("billet.data", n=500, length=0.05, radius=0.012)
 
 
@@ -46,6 +48,16 @@ def test_a_billet_is_extruded(billet, tmp_path):
     assert ideal == pytest.approx(np.log(1.8), rel=1e-3) and behind > 100 and 0.8 * ideal < strain < 2.0 * ideal
     assert 1.0 < pressure / (450.0 * ideal) < 3.5
     assert abs(imbalance) < 3e-3
+
+
+def test_a_sheet_is_blanked(strip, tmp_path):
+    """The default row: its flow stress at a plastic strain of 0.26, where it fails in shear, over sqrt 3 is 302 MPa; coarse spheres at the faces bear more. Then it
+    parts, and nothing bears any more."""
+    run = run_lammps("in.blank", 2, {"specimen": strip, "travel": 0.6, "out": "part"}, tmp_path).ok()
+    peak, at, parted, count, imbalance = numbers(re.findall(r"^in.blank: largest.*", run.stdout, re.M)[-1])[:5]
+    curve = read_csv(tmp_path / "part.csv")
+    assert 302.0 < peak < 1.4 * 302.0 and 5.0 < at < parted < 50.0
+    assert abs(imbalance) < 1e-3 and curve["parted"][-1] == count > 20 and curve["shear_stress"][-1] < 0.2e6 * peak
 
 
 def test_the_tool_of_the_howto_page(thick, tmp_path):

@@ -6,8 +6,8 @@ The law of pairs is that of tools/evp/law.py. Order of a step, after the drift:
 
 1. At steps divisible by `every`: p of each sphere that had bonds at the last update grows by (sum of the |ln| that
    wait)/(number of these bonds)/0.31, the sum begins again, bonds are counted, y = xi_s Y(p). Pairs beyond a y that
-   fell are returned at fixed d, or at dlim where a bond is past it: Psi before - Psi after is dissipated, the |ln| of
-   bonds waits for the next update.
+   fell are returned at fixed d, or at dlim where a bond is past it: Psi before - Psi after is dissipated, less the work
+   over half a step of the force that is lost; the |ln| of bonds waits for the next update.
 2. Forces, with deq of the step before, clamped; nothing is changed.
 3. deq moves; half of each D is plastic work of each sphere; |ln| of bonds waits; bonds end. A bond past dlim flows to
    d = dlim. One that is longer than deq ends where (p_i + p_j)/2 >= XI, and flows to d. Both lose their Psi of there
@@ -302,6 +302,9 @@ class Metal:
         self._book(np.where(returned, held.dissipated + held.stored - left.stored, 0.0),
                    np.where(returned, held.slip + left.slip, 0.0))
         self.deq = np.where(returned, left.deq, self.deq)
+        # the first half of the step had the force before it fell, the second has that after: their mean does the work
+        opening = np.sum((self.x[self.i] - self.x[self.j]) * (self.v[self.i] - self.v[self.j]), axis=1) / d
+        self.dissipated -= 0.5 * self.dt * float(np.sum(np.where(returned & ~(self.bonded & (d > self.dlim)), (left.force - held.force) * opening, 0.0)))
 
     def _commit(self):
         now = self.pairs

@@ -185,6 +185,12 @@ def test_shipped_rows_are_of_these_targets(name):
     assert lines[0].startswith("# UNITS: si ") and "/" not in lines[at - 1].split("by: ")[1]
 
 
+def test_shipped_rows_that_fail():
+    lines = (CHECKOUT / "potentials" / "metals.evp").read_text(encoding="utf-8").splitlines()
+    failing = metals.failing_rows(lines)
+    assert len(failing) == 4 * len(metals.FAILURE) and lines[-len(failing):] == failing
+
+
 # ---- notched_tension ----
 
 FEW, MORE = 4000, 16000
