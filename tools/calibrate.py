@@ -7,6 +7,7 @@
   calibrate.py --E 70e9 --curve test.csv [--true] ...        a measured curve: columns of strain and stress with units
   calibrate.py --E 70e9 --yield 95e6 --stress 120e6@0.02 --stress 150e6@0.05 ...
   calibrate.py ... --rate 5e6@100                            and an over-stress of 5 MPa at 100/s, by damping (gamma in the row)
+  calibrate.py ... --damage "0.13 0.13 -1.5" --rupture "energy 14000"           keywords of ductile failure; tested on bars with waists
   calibrate.py ... --heat "conductivity 121 capacity 875 soften 298 775 1"    keywords for fix evp/heat; with --johnson-cook A B n C m: soften 298 775
 
 Flow curves are rate-independent, at the reference temperature; without units Pa. Johnson-Cook: A + B p^n of the plastic strain p; C and m are those
@@ -31,11 +32,12 @@ import sys
 import tempfile
 
 import evp  # noqa: F401  before numpy
-from evp import calibration, flow, measured
+from evp import calibration, flow, measured, rupture
 from evp.calibration import Targets, check, check_file
 from evp.report import command_line, errors_in_one_line, positive, print_table, target_file, typed, whole
 from evp.run import lammps_command
 
+BAR_SPHERES = 3000  # of bars that are pulled to rupture
 HEAT = {"conductivity": (1, 1), "capacity": (1, 1), "soften": (2, 4), "melt": (1, 1), "rate": (1, 2), "expansion": (2, 2)}  # keywords: fewest and most numbers
 
 
@@ -55,6 +57,8 @@ def parser():
                      help="stress above the rate-independent one [Pa] at a strain rate [1/s]")
     top.add_argument("--heat", type=heat_of, default={}, metavar="KEYWORDS",
                      help="keywords of the row for fix evp/heat: conductivity K capacity CP [soften TREF TMELT [M [FLOOR]]] [melt L] [rate [C] RATE0] [expansion ALPHA TREF]")
+    top.add_argument("--damage", type=damage_of, default=(), metavar="D1 D2 D3 [D4 D5]", help="of Johnson and Cook's failure, as one word: D3 is not positive, D4 needs rate, D5 soften")
+    top.add_argument("--rupture", type=rupture_of, metavar="UF", help="opening at which a sphere that fails has parted [m], or 'energy GF' [J/m2]; with --damage")
     top.add_argument("--density", type=positive, required=True, help="of the solid [kg/m3]")
     top.add_argument("--name", required=True, help="of the row")
     top.add_argument("--out", type=target_file, required=True, metavar="FILE", help="potential file to append to; made where there is none")
@@ -85,6 +89,38 @@ def heat_of(text):
     if keys[:1] != [0]:
         raise argparse.ArgumentTypeError(f"begins with a keyword, got {text}")
     return found
+
+
+def damage_of(text):
+    """The five numbers of --damage."""
+    found = [float(word) for word in text.split()]
+    found += [0.0] * (5 - len(found) if len(found) == 3 else 0)
+    if len(found) != 5 or min(found[0], found[1], found[3], found[4]) < 0.0:
+        raise argparse.ArgumentTypeError(f"expected D1 D2 D3 or D1 D2 D3 D4 D5, all but D3 at least 0, got {text}")
+    if found[2] > 0.0:
+        raise argparse.ArgumentTypeError(f"D3 is negative where a metal is less ductile under tension: some codes have the other sign, got {text}")
+    return tuple(found)
+
+
+def rupture_of(text):
+    """The words of --rupture."""
+    key, _, number = text.partition(" ")
+    value = float(number if key == "energy" else text)
+    if value < 0.0 or (key == "energy" and value == 0.0):
+        raise argparse.ArgumentTypeError(f"an opening is at least 0, an energy above 0, got {text}")
+    return text
+
+
+def failure_words(options, heat):
+    """The keywords of the row for ductile failure; ValueError where they do not fit together. heat: those for fix evp/heat."""
+    if bool(options.damage) != bool(options.rupture):
+        raise ValueError("--damage and --rupture go together: at which strain spheres begin to fail, and how they go on")
+    if not options.damage:
+        return ""
+    for k, key in ((3, " rate "), (4, " soften ")):
+        if options.damage[k] > 0.0 and key not in heat:
+            raise ValueError(f"D{k + 1} of --damage needs{key}in --heat")
+    return f" damage {' '.join(f'{value:.6g}' for value in options.damage)} rupture {options.rupture}"
 
 
 def heat_words(options):
@@ -137,20 +173,29 @@ def targets_of(options):
     return targets
 
 
-def comments(options, targets, result, over, words):
-    """Comment lines above the row."""
+def comments(options, targets, result, over, bars, words):
+    """Comment lines above the row. bars: {waist: Parted}."""
     lines = ["", f"# {options.name}: row over target - 1"] + [f"#   {way}: {calibration.told(off)}" for way, off in result.residuals.items()]
     for stress, rate in targets.rates:
         lines.append(f"#   over-stress {stress:.6g} Pa at {rate:g}/s ({100.0 * (over * rate / stress - 1.0):+.2f} %)")
+    if bars:
+        lines.append(f"#   rupture: {ruptures(options, bars)}")
     lines.append(f"#   DATE: {datetime.date.today().isoformat()}, in.moduli, in.uniaxial and in.shear, plasticity isotropic, contact join, periodic body of {options.spheres} spheres, "
                  f"seed {options.seed}")
     shown = [pathlib.PurePath(word).name if "/" in word and not word.startswith("-") else word for word in words]  # files without their folders
     return [*lines, f"#   by: calibrate.py {shlex.join(shown)}"]
 
 
+def ruptures(options, bars):
+    """What bars say of Johnson and Cook's formula."""
+    return "plastic strain of the section over that of the formula: " + ", ".join(
+        f"{found.strain / rupture.strain_at_failure(options.damage, found.triaxiality):.2f} with a waist of {1e3 * waist:g} mm" for waist, found in bars.items())
+
+
 def calibrate(options, words):
     """Make the row; returns its Result."""
     targets, heat = targets_of(options), heat_words(options)
+    failure = failure_words(options, heat)
     out = options.out.absolute()
     check_file(out, options.name)
     lammps_command()  # stops here where there is no lmp
@@ -163,16 +208,19 @@ def calibrate(options, words):
         if targets.rates:
             gamma, over = search.gamma(result)
             material = material._replace(row=material.row._replace(gamma=gamma))
-        line = f"{options.name} {material.words(f'{body.spacing:.6g}', f'{body.coordination:.6g}')}{heat}"
+        row = f"{material.words(f'{body.spacing:.6g}', f'{body.coordination:.6g}')}{heat}{failure}"
+        line, bars = f"{options.name} {row}", rupture.pull_bars(row, work, options.ranks, BAR_SPHERES) if failure else {}
         picture = calibration.draw(options.name, targets, result, out.with_name(f"{out.stem}.{options.name}.png"))
         check_file(out, options.name)
-        calibration.append(out, comments(options, targets, result, over, words) + [line])
+        calibration.append(out, comments(options, targets, result, over, bars, words) + [line])
     elastic = {"E": (targets.modulus, result.moduli.young), "nu": (targets.nu, result.moduli.nu)}
     print_table(("", "target", "fit", "off"), [(what, *elastic[what], f"{100.0 * value:+.1f} %") for what, value in result.residuals["elastic"].items()])
     ways = list(result.runs)
     whats = sorted({what for way in ways for what in result.residuals[way]}, key=lambda what: 0.0 if isinstance(what, str) else what)
     print_table(("off the flow curve", *ways), [
         (calibration.name_of(what), *(f"{100.0 * result.residuals[way][what]:+.1f} %" if what in result.residuals[way] else "-" for way in ways)) for what in whats])
+    if bars:
+        print(f"rupture: {ruptures(options, bars)}")
     print(f"{line}\nappended to {options.out}; picture {picture.name}")
     if result.misses():
         print(f"{typed('calibrate.py')}: missed: {'; '.join(f'{way} {calibration.told(off)}' for way, off in result.misses().items())}", file=sys.stderr)

@@ -29,6 +29,7 @@ _ENVIRONMENT = {
     "OMPI_MCA_hwloc_base_binding_policy": "none",
     "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
     "OMPI_MCA_pml": "ob1",  # ranks of one machine: a start looks for no network
+    "OMPI_MCA_ess_singleton_isolated": "1",  # without mpirun: no daemon, which takes longer to start than LAMMPS
     "OMPI_MCA_mpi_yield_when_idle": "1",  # more ranks than cores: who waits makes room
     "OMP_NUM_THREADS": "1",
 }

@@ -62,7 +62,7 @@ def test_plastic_strains_lag_by_half_of_the_strain_between_two_updates(tmp_path,
     ("V-bending", (3.0, 7.8), (1.0, -1.1))])
 def test_parts_of_500_spheres_beside_finite_elements(tmp_path, operation, points, off):
     """Differences of the load [%], as measured when the page was written, within what a body that flows otherwise would change."""
-    study = SimpleNamespace(runs=Runs(tmp_path), ranks=1, spheres=[500], plates=[500], shapes=defaultdict(dict))
+    study = SimpleNamespace(runs=Runs(tmp_path), ranks=1, spheres=[500], plates=[500], shapes=defaultdict(dict), states={})
     part = next(part for part in what_to_believe.parts_of(study) if (part.operation, part.metal) == (operation, what_to_believe.STEEL))
     part = dataclasses.replace(part, points=points)
     assert what_to_believe.off_at(part, *part.measure(study, part, 11, 500), part.curve()) == pytest.approx(off, abs=2.5)

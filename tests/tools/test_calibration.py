@@ -8,7 +8,7 @@ import math
 import calibrate
 import numpy as np
 import pytest
-from evp import calibration, curves, flow, law, measured
+from evp import calibration, curves, flow, law, measured, rupture, specimen
 from evp.calibration import Run, Targets, check
 from inputs import call
 from metals import from_handbook
@@ -113,6 +113,11 @@ ROW = "# UNITS: si\ntaken 80 8 4 3 8 4 0.005 0 1.5\n"
     ({"--heat": "melt 4e5"}, "melt of --heat needs soften TREF TMELT M"),
     ({"--heat": "conductivity -1"}, "argument --heat: the numbers of conductivity must be positive"),
     ({"--heat": "rate 1"}, "rate of --heat needs C RATE0"),
+    ({"--damage": "0.13 0.13 1.5", "--rupture": "0"}, "argument --damage: D3 is negative where a metal is less ductile under tension: some codes have the other sign"),
+    ({"--damage": "0.13 0.13", "--rupture": "0"}, "argument --damage: expected D1 D2 D3 or D1 D2 D3 D4 D5"),
+    ({"--damage": "0.13 0.13 -1.5"}, "--damage and --rupture go together"),
+    ({"--damage": "0.13 0.13 -1.5 0.011 0", "--rupture": "energy 14e3"}, "D4 of --damage needs rate in --heat"),
+    ({"--damage": "0.13 0.13 -1.5", "--rupture": "energy 0"}, "argument --rupture: an opening is at least 0, an energy above 0"),
     ({"--rate": "-5e6@100"}, "argument --rate: give a positive number"),
     ({"--rate": "5e6@-100"}, "--rate: give positive rates"),
     *(({None: text}, "its first line must be a comment with 'UNITS: si'") for text in ("x", "# UNITS: lj\n")),
@@ -237,6 +242,34 @@ def test_a_row_is_loaded_as_far_as_its_curve_is_known(tmp_path, words, jobs):
 def test_keywords_of_heat(words, text):
     options = calibrate.parser().parse_args(["--E", "73e9", "--density", "2770", "--name", "mine", "--out", "my.evp", "--johnson-cook", "265e6", "426e6", "0.34", *words])
     assert calibrate.heat_words(options) == text
+
+
+@pytest.mark.parametrize("words, text", [
+    (["--damage", "0.13 0.13 -1.5", "--rupture", "energy 14e3"], " damage 0.13 0.13 -1.5 0 0 rupture energy 14e3"),
+    (["--damage", "0.05 3.44 -2.12 0 0.61", "--rupture", "0", "--heat", "soften 298 1793 1.03"], " damage 0.05 3.44 -2.12 0 0.61 rupture 0")])
+def test_keywords_of_failure(words, text):
+    options = calibrate.parser().parse_args(["--E", "73e9", "--density", "2770", "--name", "mine", "--out", "my.evp", "--johnson-cook", "265e6", "426e6", "0.34", *words])
+    assert calibrate.failure_words(options, calibrate.heat_words(options)) == text
+
+
+def test_a_bar_is_turned_and_read(tmp_path):
+    """Of a rod of points on a grid those stay that are inside the bar; of its slice the strain when a sphere has parted, and the triaxiality weighted by the growth of strain."""
+    axes = np.linspace(0.0005, 0.0395, 40), np.linspace(-0.007, 0.007, 15), np.linspace(-0.007, 0.007, 15)
+    x = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    atoms = "".join(f"{k} 1 0.001 1 {a:.9g} {b:.9g} {c:.9g}\n" for k, (a, b, c) in enumerate(x, 1))
+    (tmp_path / "rod.data").write_text(f"rod\n\n{len(x)} atoms\n1 atom types\n\n0 0.04 xlo xhi\n-0.01 0.01 ylo yhi\n-0.01 0.01 zlo zhi\n\nAtoms # sphere\n\n{atoms}", encoding="utf-8")
+    (tmp_path / "rod.data.body").write_text("variable length equal 0.04\nvariable area equal 1\nvariable volume equal 1\nvariable radius equal 0.0075\n", encoding="utf-8")
+    rupture.turn(tmp_path / "rod.data", 0.003, tmp_path / "bar.data")
+    bar = specimen.read_data(tmp_path / "bar.data")
+    out = np.hypot(bar.x[:, 1], bar.x[:, 2]) + bar.radius
+    from_middle = np.abs(bar.x[:, 0] - 0.02)
+    assert out[from_middle < 6e-4].max() <= 0.005 + 0.003 - np.sqrt(0.003**2 - 0.0005**2) and 0.0065 < out[from_middle > 0.003].max() <= 0.0075
+    assert specimen.read_body(tmp_path / "bar.data")["area"] == pytest.approx(np.pi * 0.005**2) and 0.2 < specimen.read_body(tmp_path / "bar.data")["volume"] < 1.0
+    rows = [(0.01 * k, 0.02 * k, 0.25 * k, 0.3 + 0.1 * k) for k in range(6)]
+    (tmp_path / "slice.csv").write_text("strain,plastic_strain,damage,triaxiality\n" + "".join(f"{','.join(f'{value:g}' for value in row)}\n" for row in rows), encoding="utf-8")
+    found = rupture.read(tmp_path / "slice.csv")
+    assert found.strain == pytest.approx(0.08) and found.at_first == pytest.approx(0.4) and found.triaxiality == pytest.approx(0.5)
+    assert rupture.bridgman(0.003) == pytest.approx(1 / 3 + np.log(1 + 5 / 6)) and rupture.strain_at_failure((0.1, 0.2, -1.0), 1.0) == pytest.approx(0.1 + 0.2 / np.e)
 
 
 def test_exponent_of_johnson_cook():
