@@ -185,6 +185,12 @@ def vbend(folder, text):
     return [Number("N", force, hinge * (265.0 + 426.0 * 0.05**0.34)), Number("degrees", bent), Number("degrees", bent - left)]
 
 
+def blank(_, text):
+    """Shear stress of a cut, where it parts, energies."""
+    peak, at, parted, _, imbalance = re.search(r"largest shear stress (\S+) MPa at (\S+) % of the thickness, parted at (\S+) %; (\S+) spheres have parted; energy imbalance (\S+) of", text).groups()
+    return [Number("MPa", float(peak), (265.0 + 426.0 * 0.26**0.34) / math.sqrt(3.0)), Number("", float(at) / 100.0), Number("", float(parted) / 100.0), Number("", float(imbalance), 0.0)]
+
+
 def weld(_, text):
     """Strength of a seam over that of the solid: not pressed, pressed by 20 and by 40 %, with contact join from 1.2 and from 1.0 on."""
     found = [float(value) for value in re.findall(r"in.weld: strength (\S+) MPa", text)]
@@ -235,6 +241,7 @@ SCENES = {  # picture on the page: its numbers, of (folder, printed text)
     "upset.png": upset,
     "extrude.png": extrude,
     "vbend.png": vbend,
+    "blank.png": blank,
     "weld.png": weld,
     "shear.png": shear,
     "slab.png": slab,

@@ -148,7 +148,7 @@ class Metal:
         self.y = self._limits()
         self.n_steps, self.ended, self.joined, self.join = 0, 0, 0, join
         self.inside = ~self.bonded & (np.linalg.norm(self.x[self.i] - self.x[self.j], axis=1) <= APART * join * self.touching)
-        self.dissipated = self.lost = self.viscous = self.work_done = 0.0
+        self.by_flow = self.half_steps = self.lost = self.viscous = self.work_done = 0.0
         self._setup()
 
     def _to_spheres(self, of_pair, sign=1.0):
@@ -276,7 +276,7 @@ class Metal:
 
     def _book(self, dissipated, slip):
         """D and |ln| (P,) of pairs that flowed."""
-        self.dissipated += float(np.sum(dissipated))
+        self.by_flow += float(np.sum(dissipated))
         self.work += self._to_spheres(0.5 * dissipated)
         self.slip += self._to_spheres(np.where(self.bonded, slip, 0.0))
 
@@ -304,7 +304,12 @@ class Metal:
         self.deq = np.where(returned, left.deq, self.deq)
         # the first half of the step had the force before it fell, the second has that after: their mean does the work
         opening = np.sum((self.x[self.i] - self.x[self.j]) * (self.v[self.i] - self.v[self.j]), axis=1) / d
-        self.dissipated -= 0.5 * self.dt * float(np.sum(np.where(returned & ~(self.bonded & (d > self.dlim)), (left.force - held.force) * opening, 0.0)))
+        self.half_steps += 0.5 * self.dt * float(np.sum(np.where(returned & ~(self.bonded & (d > self.dlim)), (left.force - held.force) * opening, 0.0)))
+
+    @property
+    def dissipated(self):
+        """By flow, less the work over half a step of forces that fell [energy]."""
+        return self.by_flow - self.half_steps
 
     def _commit(self):
         now = self.pairs
