@@ -143,7 +143,7 @@ def blanks(study):
     rows = []
     for n in study.each(study.blanks, lambda n: f"blanking of {n}", lambda n: n ** (4.0 / 3.0)):
         body = study.runs.body(f"blank_{n}", n=n, shape="sheet", length=0.016, width=0.002, height=0.0012)
-        text = study.runs.run("in.blank", f"blank_{n}_cut", study.ranks, specimen=body, coeff=coefficients(JOHNSON_COOK, f"energy {BLANKED:g}"), contact="join", travel=0.45)
+        text = study.runs.run("in.blank", f"blank_{n}_cut", study.ranks, specimen=body, coeff=coefficients(JOHNSON_COOK, f"energy {BLANKED:g}"), contact="join", travel=0.35)
         peak, at, end = map(float, re.search(r"largest shear stress (\S+) MPa at (\S+) % of the thickness, parted at (\S+) %", text).groups())
         rows.append((n, f"{peak:.0f}", f"{at:.0f}", f"{end:.0f}", re.search(r"energy imbalance (\S+) of", text)[1]))
     return rows
