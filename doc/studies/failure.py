@@ -25,6 +25,7 @@ XI, OPENING = 0.05, 0.2e-3  # plastic strain at initiation, rupture [m]
 LIGAMENTS, TOUGHNESS = (0.005, 0.008), (20e3, 40e3, 80e3)  # [m], [J/m2] of sheets with two notches
 SHEET = {"length": 0.04, "width": 0.02, "height": 0.003}
 BLANKED = 14e3  # [J/m2] of the sheet that is blanked
+DRAWN = 0.08  # strain to which the picture shows bars
 PARTED = 0.1  # of the largest force: below it a body has parted
 # Taken in by in.uniaxial: mean and mean square of all spheres
 SCATTER = """
@@ -96,7 +97,8 @@ def round_bars(study):
         rows.append((f"{1e3 * waist:g}", seed, f"{rupture.bridgman(waist):.2f}", f"{found.at_first:.2f}", f"{found.triaxiality:.2f}", f"{formula:.3f}", f"{found.strain:.3f}",
                      f"{found.strain / formula:.2f}"))
         if seed == study.seeds[0]:
-            drawn[f"waist of {1e3 * waist:g} mm"] = (100 * curve.strain, curve.grip / 1e6)
+            shown = curve.strain < DRAWN
+            drawn[f"waist of {1e3 * waist:g} mm"] = (100 * curve.strain[shown], curve.grip[shown] / 1e6)
     return rows, drawn
 
 
@@ -157,11 +159,15 @@ def main(words=None):
         study.draw(drawn, ("bar", "strain_percent", "stress_MPa"), xlabel="strain of the grips [%]", ylabel="force over the smallest section [MPa]")
         ratios = {waist: np.mean([float(row[-1]) for row in bar_rows if row[0] == waist]) for waist in dict.fromkeys(row[0] for row in bar_rows)}
         targets = targets_of(METALS[ROW])
+        shear = 1e-6 * targets.curve.at(rupture.strain_at_failure(JOHNSON_COOK, 0.0)) / MISES
+        slopes = [float(value) for row in sheet_rows for value in row[-2:]]
         across = 2.0 * rupture.NECK / (6.0 * 0.62 * (rupture.NECK + rupture.DEPTH) ** 2 * rupture.LENGTH / study.bars) ** (1.0 / 3.0)
         study.write(damage=" ".join(f"{value:g}" for value in JOHNSON_COOK), ratios=", ".join(f"{ratio:.2f} (waist of {waist} mm)" for waist, ratio in ratios.items()),
                     after=", ".join(row[-1].split(" +-")[0] for row in work_rows[:len(study.spheres)]), spheres=", ".join(map(str, study.spheres)), bars_n=str(study.bars),
                     across=f"{across:.0f}", opening=f"{1e3 * OPENING:g}", seeds=str(len(study.seeds)), blanked=f"{1e-3 * BLANKED:g}",
-                    shear=f"{1e-6 * targets.curve.at(rupture.strain_at_failure(JOHNSON_COOK, 0.0)) / MISES:.0f}",
+                    shear=f"{shear:.0f}", slopes=f"{min(slopes):.2f} to {max(slopes):.2f}",
+                    blanked_at=" and ".join(row[3] for row in blank_rows),
+                    blanked_off=" and ".join(f"{100.0 * (float(row[1]) / shear - 1.0):.0f}" for row in blank_rows),
                     states=(("load", "of the body", "mean of spheres", "scatter"), state_rows),
                     bars=(("radius of the waist [mm]", "seed", "triaxiality by Bridgman", "at first", "on the way", "strain by the formula", "of the slice", "ratio"), bar_rows),
                     works=(("row", "spheres", "largest force [kN]", "strain of rupture [%]", "work of rupture [kJ/m2]", "after the largest force [kJ/m2]"), work_rows),

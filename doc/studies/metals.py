@@ -88,7 +88,8 @@ METALS = {
 JOHNSON_COOK = "Johnson and Cook, Engineering Fracture Mechanics 21 (1985) 31"
 # Of rows NAME_failing, which go on with it: words of the row, and where they are from. D4 is left out, as these rows have no rate.
 FAILURE = {
-    "aluminium_2024T351": ("damage 0.13 0.13 -1.5 0 0 rupture energy 14000", "D1 to D3: Johnson and Holmquist, LA-11463-MS, 1989 (D4 0.011, D5 0); toughness: K_IC of 34 MPa m^0.5, typical of plate, as K_IC^2 (1 - nu^2)/E"),
+    "aluminium_2024T351": ("damage 0.13 0.13 -1.5 0 0 rupture energy 14000",
+                           "D1 to D3: Johnson and Holmquist, LA-11463-MS, 1989 (D4 0.011, D5 0); toughness: K_IC of 34 MPa m^0.5, typical of plate, as K_IC^2 (1 - nu^2)/E"),
     "steel_4340": ("damage 0.05 3.44 -2.12 0 0.61 rupture 0", f"{JOHNSON_COOK} (D4 0.002), D = 1 at initiation"),
     "copper_OFHC": ("damage 0.54 4.89 -3.03 0 1.12 rupture 0", f"{JOHNSON_COOK} (D4 0.014), D = 1 at initiation"),
 }
