@@ -26,6 +26,7 @@ with *plasticity isotropic*, *contact join* and fix evp/volume row. LAMMPS is th
 
 import argparse
 import datetime
+import math
 import pathlib
 import shlex
 import sys
@@ -95,7 +96,7 @@ def damage_of(text):
     """The five numbers of --damage."""
     found = [float(word) for word in text.split()]
     found += [0.0] * (5 - len(found) if len(found) == 3 else 0)
-    if len(found) != 5 or min(found[0], found[1], found[3], found[4]) < 0.0:
+    if len(found) != 5 or not all(map(math.isfinite, found)) or min(found[0], found[1], found[3], found[4]) < 0.0:
         raise argparse.ArgumentTypeError(f"expected D1 D2 D3 or D1 D2 D3 D4 D5, all but D3 at least 0, got {text}")
     if found[2] > 0.0:
         raise argparse.ArgumentTypeError(f"D3 is negative where a metal is less ductile under tension: some codes have the other sign, got {text}")
@@ -105,9 +106,12 @@ def damage_of(text):
 def rupture_of(text):
     """The words of --rupture."""
     key, _, number = text.partition(" ")
-    value = float(number if key == "energy" else text)
-    if value < 0.0 or (key == "energy" and value == 0.0):
-        raise argparse.ArgumentTypeError(f"an opening is at least 0, an energy above 0, got {text}")
+    try:
+        value = float(number if key == "energy" else text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 <= value < math.inf or (key == "energy" and value == 0.0):
+        raise argparse.ArgumentTypeError(f"expected an opening UF, at least 0, or energy GF, above 0, got {text}")
     return text
 
 

@@ -128,6 +128,31 @@ def test_debris_neither_sticks_nor_blows_up(lmp, tmp_path):
     assert table["PotEng"][-1] < 1e-3 * start, "it flies apart"
 
 
+@pytest.mark.parametrize("opening", ["0", "1e-6"])
+def test_nothing_heals(lmp, tmp_path, opening):
+    """A given strain far beyond that at failure parts spheres, by its opening too; neither another one nor another row brings them back, and a row without
+    damage is an error."""
+    body = body_of()
+    write_body(tmp_path / "body.data", body)
+    text = head("on") + style(body, "join 1.2", KV, failing(rupture=opening)) + GIVEN + ENERGY + MOVE + "run 20\n"
+    later = style(body, "join 1.2", KV, failing((5.0, 0.0, 0.0), "1")).splitlines()[1]
+    lmp(text + f"fix_modify bonds plastic_strain all 0\n{later}\nrun 20\nwrite_evp_bonds end.bonds\n", 2).ok()
+    assert set(read_pairs(tmp_path / "end.bonds").column("damage").values()) == {1.0}
+    run = lmp(text + later.partition(" damage")[0] + "\nrun 20\n", 2)
+    assert run.returncode != 0 and "spheres have failed, which rows without damage would forget" in run.stdout
+
+
+def test_a_failure_that_overflows(lmp, tmp_path):
+    """D3 for which exp(D3 sigma*) is no number: nothing fails in compression."""
+    body = body_of()
+    write_body(tmp_path / "body.data", body)
+    press = velocities("-600*(x-0.025)", "260*(y-0.02)", "260*(z-0.02)")
+    text = head("on") + style(body, "none", KV, failing((0.1, 0.0, -1e4), "0")) + press + ENERGY + MOVE + f"run {STEPS}\nwrite_evp_bonds end.bonds\n"
+    lmp(text, 2).ok()
+    pairs = read_pairs(tmp_path / "end.bonds")
+    assert max(pairs.column("damage").values()) == 0.0 and max(pairs.column("plastic_strain").values()) > 0.003
+
+
 @pytest.mark.parametrize("given", [GIVEN, ""])
 def test_contacts_hold_under_pressure_as_before(lmp, tmp_path, given):
     """Two spheres that have parted: their contact has the force of two that were never bonded, with its limit, and flows as theirs."""

@@ -65,12 +65,16 @@ def turn(rod, waist, bar):
 def read(path):
     """The Parted of a PREFIX_slice.csv; CurveError where no sphere of the slice has parted."""
     found = curves.read_columns(path, ("strain", "plastic_strain", "damage", "triaxiality"))
-    first = int(np.argmax(found["damage"] >= 1.0))
-    if first == 0:
+    parted = np.flatnonzero(found["damage"] >= 1.0)
+    if len(parted) == 0:
         raise curves.CurveError(f"{path}: no sphere of the waist has parted at a strain of {found['strain'][-1]:g}")
-    flows = (found["plastic_strain"] > 0.01) & (np.arange(len(found["strain"])) < first)
-    triaxiality = found["triaxiality"][flows]
-    return Parted(float(found["plastic_strain"][first]), float(triaxiality[0]), float(np.average(triaxiality, weights=np.gradient(found["plastic_strain"])[flows])))
+    first = int(parted[0])
+    before = np.arange(max(first, 1))
+    flows = before[found["plastic_strain"][before] > min(0.01, 0.1 * found["plastic_strain"][first])]
+    flows = flows if len(flows) else before[-1:]
+    triaxiality, growth = found["triaxiality"][flows], np.gradient(found["plastic_strain"])[flows]
+    mean = np.average(triaxiality, weights=growth) if growth.sum() > 0.0 else triaxiality.mean()
+    return Parted(float(found["plastic_strain"][first]), float(triaxiality[0]), float(mean))
 
 
 def pull_bars(coeff, folder, ranks, spheres):

@@ -62,12 +62,13 @@ namespace failing {
   /// Plastic strain at which a metal fails: (D1 + D2 exp(D3 s)) (1 + D4 ln(rate/RATE0)) (1 + D5 T*).
   inline double strain_at_failure(const Row &row, double triaxiality, double rate, double heat)
   {
+    constexpr double MOST_EXPONENT = 500.0;    // of a number that is finite
     const double s = std::min(triaxiality, MOST_TRIAXIALITY);
+    const double grown = std::exp(std::min(row.damage_d3 * s, MOST_EXPONENT));
     const double by_rate = row.damage_d4 > 0.0 && rate > row.rate_rate0
         ? 1.0 + row.damage_d4 * std::log(rate / row.rate_rate0)
         : 1.0;
-    return (row.damage_d1 + row.damage_d2 * std::exp(row.damage_d3 * s)) * by_rate *
-        (1.0 + row.damage_d5 * heat);
+    return (row.damage_d1 + row.damage_d2 * grown) * by_rate * (1.0 + row.damage_d5 * heat);
   }
 
   /// Share of the way to its initiation by which a sphere moves on, as the plastic strain around it grows; the stress is that around
@@ -79,11 +80,13 @@ namespace failing {
     return growth / strain_at_failure(row, triaxiality, rate, heat);
   }
 
-  /// Of a sphere that has begun to fail. By the energy nothing is known before the stress.
+  /// Of a sphere that has begun to fail; none heals, whatever row comes later. By the energy nothing is known before the stress.
   inline double damage_of(const FailureRecord &own, const Row &row)
   {
-    if (row.rupture >= 0.0) return own.opening >= row.rupture ? 1.0 : own.opening / row.rupture;
-    return std::min(1.0, 0.5 * own.opening * own.stress / row.rupture_energy);
+    const double share = row.rupture == 0.0 ? 1.0
+        : row.rupture > 0.0                 ? own.opening / row.rupture
+                                            : 0.5 * own.opening * own.stress / row.rupture_energy;
+    return std::max(own.damage, std::min(1.0, share));
   }
 }    // namespace failing
 

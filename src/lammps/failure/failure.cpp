@@ -28,8 +28,22 @@ bool Failure::uses(double Row::*member) const
   return member == &Row::damage_d1;
 }
 
+bool Failure::has_failed(BondStore &store) const
+{
+  if (!store.has<FailureRecord>()) return false;
+  const auto kept = store.columns<FailureRecord>();
+  bool any = false;
+  for (int i = 0; i < pairs.atoms()->nlocal; i++) any = any || kept[i].has_begun();
+  return any;
+}
+
+// Collective
 void Failure::keep_values(BondStore &store)
 {
+  if (!acts && on_any(has_failed(store), world))
+    error->all(FLERR,
+               "Pair evp/lj: spheres have failed, which rows without damage would forget: keep "
+               "damage and rupture in them");
   store.keep<FailureRecord>(acts);
   if (acts) records = store.columns<FailureRecord>();
 }
@@ -92,19 +106,19 @@ void Failure::warn()
                    "move on: use a run in time from here");
 }
 
-// Strains that users have given count as those of tension
+// Strains that users have given count as those of tension; what has begun to fail does not heal
 void Failure::take_given(const BondStore &store)
 {
   for (int i = 0; i < (int) strains.size(); i++) {
     const Row &row = row_of(i);
     const double p = store.sphere(i).p;
-    if (!failing::fails(row) || p == strains[i]) continue;
     FailureRecord &own = records[i];
-    own = {};
+    if (!failing::fails(row) || p == strains[i] || own.has_begun()) continue;
     const double at_failure = failing::strain_at_failure(row, failing::OF_TENSION, 0.0, heat_of(i));
     own.omega = p >= at_failure ? 1.0 : p / at_failure;
     if (own.omega < 1.0) continue;
     begin(i, at_failure);
+    own.opening = thickness(i) * (p - at_failure);
     own.damage = failing::damage_of(own, row);
   }
 }

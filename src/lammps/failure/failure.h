@@ -54,6 +54,7 @@ class Failure final :
   const Row &row_of(int i) const;
   double thickness(int i) const;
   double heat_of(int i) const;
+  bool has_failed(BondStore &) const;
   void begin(int i, double strain);
   void take_given(const BondStore &);
   void warn();
