@@ -178,7 +178,7 @@ def targets_of(options):
 
 
 def comments(options, targets, result, over, bars, words):
-    """Comment lines above the row. bars: {waist: Parted}."""
+    """Comment lines above the row. bars: {waist: Parted, or None}."""
     lines = ["", f"# {options.name}: row over target - 1"] + [f"#   {way}: {calibration.told(off)}" for way, off in result.residuals.items()]
     for stress, rate in targets.rates:
         lines.append(f"#   over-stress {stress:.6g} Pa at {rate:g}/s ({100.0 * (over * rate / stress - 1.0):+.2f} %)")
@@ -192,8 +192,9 @@ def comments(options, targets, result, over, bars, words):
 
 def ruptures(options, bars):
     """What bars say of Johnson and Cook's formula."""
-    return "plastic strain of the section over that of the formula: " + ", ".join(
-        f"{found.strain / rupture.strain_at_failure(options.damage, found.triaxiality):.2f} with a waist of {1e3 * waist:g} mm" for waist, found in bars.items())
+    ratios = {waist: f"{found.strain / rupture.strain_at_failure(options.damage, found.triaxiality):.2f}" if found else f"not parted at {100 * rupture.WAISTS[waist]:g} %"
+              for waist, found in bars.items()}
+    return "plastic strain of the section over that of the formula: " + ", ".join(f"{ratio} with a waist of {1e3 * waist:g} mm" for waist, ratio in ratios.items())
 
 
 def calibrate(options, words):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from study import CHECKOUT, DECKS, RunError, Study, mean_of
 import numpy as np
-from evp import curves, rupture
+from evp import curves, rupture, specimen
 from evp.calibration import MISES
 from metals import METALS, targets_of
 from scipy.integrate import trapezoid
@@ -111,7 +111,7 @@ def works(study):
         for seed in study.seeds if opening != "0" else study.seeds[:1]:
             body = study.runs.body(f"notched_{n}_{seed}", n=n, seed=seed, **NOTCHED)
             curve = pull(study, f"notched_{n}_{seed}_{opening}", PULLED, (XI, 0, 0), opening, specimen=body)
-            area = float(re.search(r"variable area equal (\S+)", (study.runs.folder / f"{body}.body").read_text(encoding="utf-8"))[1])
+            area = specimen.read_body(study.runs.folder / body)["area"]
             found.append(parted(f"notched_{n}_{seed}_{opening}", curve.strain, curve.grip * area, FREE))
         rows.append((f"damage {XI:g} 0 0 0 0 rupture {opening}", n, *(mean_of([scale * getattr(one, name) for one in found], form) for name, scale, form in (
             ("force", 1e-3, ".1f"), ("strain", 100, ".2f"), ("work", 1e-3 / NET, ".0f"), ("after", 1e-3 / NET, ".0f")))))
@@ -130,7 +130,7 @@ def sheets(study):
             f"region notch{k} block {0.5 * SHEET['length'] - 5e-4} {0.5 * SHEET['length'] + 5e-4} {low} {high} INF INF side out\n"
             for k, (low, high) in enumerate(((-deep, -half), (half, deep)))) + "region body intersect 3 whole notch0 notch1\n", encoding="utf-8")
         body = study.runs.body(name, n=n, shape="region", region=region, length=SHEET["length"], width=SHEET["width"] + 2e-3, height=SHEET["height"] + 1e-3)
-        area = float(re.search(r"variable area equal (\S+)", (study.runs.folder / f"{body}.body").read_text(encoding="utf-8"))[1])
+        area = specimen.read_body(study.runs.folder / body)["area"]
         net, found = ligament * SHEET["height"], []
         for toughness in TOUGHNESS:
             out = f"{name}_{toughness:g}"

@@ -270,6 +270,8 @@ def test_a_bar_is_turned_and_read(tmp_path):
     (tmp_path / "slice.csv").write_text("strain,plastic_strain,damage,triaxiality\n" + "".join(f"{','.join(f'{value:g}' for value in row)}\n" for row in rows), encoding="utf-8")
     found = rupture.read(tmp_path / "slice.csv")
     assert found.strain == pytest.approx(0.08) and found.at_first == pytest.approx(0.4) and found.triaxiality == pytest.approx(0.5)
+    options = calibrate.parser().parse_args(["--E", "73e9", "--density", "2770", "--name", "mine", "--out", "my.evp", "--damage", "0.13 0.13 -1.5", "--rupture", "0"])
+    assert calibrate.ruptures(options, {0.08: None, 0.003: found}).endswith("not parted at 16 % with a waist of 80 mm, 0.42 with a waist of 3 mm")
     assert rupture.bridgman(0.003) == pytest.approx(1 / 3 + np.log(1 + 5 / 6)) and rupture.strain_at_failure((0.1, 0.2, -1.0), 1.0) == pytest.approx(0.1 + 0.2 / np.e)
 
 

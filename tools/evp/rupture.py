@@ -78,7 +78,7 @@ def read(path):
 
 
 def pull_bars(coeff, folder, ranks, spheres):
-    """{waist: Parted} of bars with a row, the words of -var coeff, which has damage and rupture; as many runs at once as there are ranks."""
+    """{waist: Parted} of bars with a row, the words of -var coeff, which has damage and rupture; None of a bar that has not parted. As many runs at once as there are ranks."""
     run_jobs([Job("rod", "in.specimen", {"n": spheres, "length": LENGTH, "radius": NECK + DEPTH, "out": "rod.data"}, folder)], ranks, "packing of a round bar")
     (folder / "slice.lmp").write_text(ALSO, encoding="utf-8")
     jobs = {}
@@ -87,4 +87,10 @@ def pull_bars(coeff, folder, ranks, spheres):
         variables = {"specimen": f"bar{k}.data", "coeff": coeff, "plasticity": "isotropic", "contact": "join", "rate": RATE, "strain": end, "row": end / 400, "also": "slice.lmp", "out": f"bar{k}"}
         jobs[waist] = Job(f"waist of {1e3 * waist:g} mm", "in.traction", variables, folder, 1, end, lambda k=k, end=end: last_strain(folder / f"bar{k}.csv") / end)
     run_jobs(list(jobs.values()), ranks, "round bars, to rupture")
-    return {waist: read(folder / f"bar{k}_slice.csv") for k, waist in enumerate(WAISTS)}
+    found = {}
+    for k, waist in enumerate(WAISTS):
+        try:
+            found[waist] = read(folder / f"bar{k}_slice.csv")
+        except curves.CurveError:
+            found[waist] = None
+    return found

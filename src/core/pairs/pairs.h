@@ -378,7 +378,7 @@ template <class F> EVP_INLINE void for_each_end(int i, int j, int nreact, F &&f)
 /// All pairs of one MPI rank, rebuilt with the neighbor list.
 struct PairLists {
   PairList bonds{true}, contacts{false};
-  std::vector<double> limits;    ///< with plasticity, of particles and ghosts: see Limit
+  std::vector<double> limits;            ///< with plasticity, of particles and ghosts: see Limit
   std::vector<double> contact_limits;    ///< of contacts, where they have others than bonds
   std::vector<double>
       growth;    ///< of particles and ghosts: by how much larger they are than in the records; empty: as there

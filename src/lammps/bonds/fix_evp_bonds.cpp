@@ -54,7 +54,7 @@ FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
     error->all(FLERR, "{}: the bonds come from the zone or from a file, give one of the two", who);
   scene::demand_only_one(modify, error, this, who);
 
-  comm_forward = comm_reverse = 12;   // as many as effects exchange, see PairHistories::share()
+  comm_forward = comm_reverse = 12;    // as many as effects exchange, see PairHistories::share()
   restart_global = restart_peratom = 1;
   create_attribute = 1;
   stores_ids = 1;
