@@ -274,3 +274,10 @@ def test_regions_that_are_no_body_stop(tmp_path, region, message):
     run = run_lammps("in.specimen", 1, {"shape": "region", "region": "body.region", "out": "body.data"}, tmp_path)
     assert run.returncode != 0 and re.search(r"^ERROR.*" + message, run.stdout, re.M), run.stdout[-1500:]
     assert not (tmp_path / "body.data").exists()
+
+
+def test_a_sheet_that_is_too_low(lmp):
+    """Spheres would be bonded to their own images: an error before anything is packed."""
+    run = lmp("in.specimen", variables={"n": 800, "shape": "sheet", "length": 0.016, "width": 0.002, "height": 0.0012, "out": "sheet.data"})
+    assert run.returncode != 0 and "the sheet is 3.2 spheres high" in run.stdout and "give a larger -var n or -var height" in run.stdout
+    assert "% done" not in run.stdout
