@@ -8,7 +8,7 @@
 Writes the data file --out (atom_style sphere, SI) with the part's axis along x from x = 0, and beside it OUT.body, from which the
 decks read length, cross-section at mid-length, volume and density. Prints the measures of the part and the roughness of the packed surface.
 lammps_inputs/in.specimen packs the spheres between fixed points of the surface. LAMMPS is the lmp of this checkout, or EVP_LMP.
-Needs Open3D: apt-get install python3-open3d (Debian), or pip install open3d. No other tool needs it.
+Needs Open3D: apt-get install python3-open3d (Debian), or pip install open3d.
 """
 
 import pathlib
@@ -21,9 +21,8 @@ import numpy as np
 from evp.report import all_or_nothing, command_line, errors_in_one_line, positive, target_file, whole
 from evp.run import Job, RunError, run_jobs
 from evp.specimen import read_data
-from evp.surface import AXES, closed_surface, read_mesh
+from evp.surface import AXES, UNITS, closed_surface, read_mesh
 
-UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254}
 USUAL = 1e-4, 10.0  # [m] longest extent of a part: beyond it the unit is asked about
 FILL = 0.57  # about what the spheres fill of a part: for the first guess of their radius
 SPACING = 0.25  # of the points of the surface, over the mean radius: a sphere sinks in by 1 to 2 % of its radius in the mean, 5 % at most

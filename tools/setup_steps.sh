@@ -67,7 +67,7 @@ missing_packages() {
 # module, Debian package, name for pip, what will not work without it
 optional_modules() {
   cat <<'END'
-open3d python3-open3d open3d tools/body.py (parts as STL) will not work
+open3d python3-open3d open3d tools/body.py and tools/tool.py (parts and tools as STL) will not work
 ase python3-ase ase a test of dumps will be left out
 xdist python3-pytest-xdist pytest-xdist tests can only run one after another
 sphinx python3-sphinx sphinx the site of the documentation cannot be built, nor its tests run

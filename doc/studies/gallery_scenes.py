@@ -191,6 +191,14 @@ def blank(_, text):
     return [Number("MPa", float(peak), (265.0 + 426.0 * 0.26**0.34) / math.sqrt(3.0)), Number("", float(at) / 100.0), Number("", float(parted) / 100.0), Number("", float(imbalance), 0.0)]
 
 
+def press(folder, text):
+    """Forces of the wedge of spheres beside those of the region, and what it leaves."""
+    region, spheres = (curves.read_columns(folder / f"{name}.csv", ("travel", "force")) for name in ("region", "press"))
+    of_region, of_spheres = (float(np.mean(one["force"][one["travel"] > 0.0005])) for one in (region, spheres))
+    _, left = re.findall(r"imprint of (\S+) m is left", text)
+    return [Number("N", of_spheres, of_region), Number("N", spheres["force"][-1], region["force"][-1]), Number("mm", 1e3 * float(left))]
+
+
 def weld(_, text):
     """Strength of a seam over that of the solid: not pressed, pressed by 20 and by 40 %, with contact join from 1.2 and from 1.0 on."""
     found = [float(value) for value in re.findall(r"in.weld: strength (\S+) MPa", text)]
@@ -242,6 +250,7 @@ SCENES = {  # picture on the page: its numbers, of (folder, printed text)
     "extrude.png": extrude,
     "vbend.png": vbend,
     "blank.png": blank,
+    "press.png": press,
     "weld.png": weld,
     "shear.png": shear,
     "slab.png": slab,

@@ -370,6 +370,7 @@ OF_DECKS = {
     "in.indent": [("depth", -0.001, ABOVE + "> 0"), ("tool", "bal", "must be ball or flat")], "in.upset": [("strain", -0.3, ABOVE + "> 0 and < 1")],
     "in.extrude": [("ratio", 0.9, ABOVE + "> 1"), ("angle", 95, ABOVE + "> 0 and < 90")], "in.vbend": [("span", 1.2, ABOVE + "> 0 and < 1")],
     "in.blank": [("punch", 0.95, ABOVE + "> 0 and < 0.9"), ("clearance", 0, ABOVE + "> 0 and < 0.5")],
+    "in.press": [("axis", "w", "must be x or y or z"), ("base", "glue", "must be plane or held"), ("travel", 0, ABOVE + "> 0")],
     "in.weld": [("press", 0.8, ABOVE + ">= 0 and < 0.7"), ("cut", "half", "must be yes or no")],
     "in.shear": [("rate", 0, ABOVE + "> 0")], "in.taylor": [("integrator", "verlet", WAYS)], "in.impact": [("friction", "on", "must be off or a number >= 0")],
     "in.sliding": [("normal", "jkr", "must be hooke or hertz")], "in.two_spheres": [("rows", 0, "must be an integer >= 1")],

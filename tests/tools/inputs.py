@@ -26,10 +26,7 @@ def program(path, text, shell="#!/bin/sh"):
     return path
 
 
-def mesh_of(corners, triangles):
-    """Open3D's mesh of corners (V,3) and triangles (T,3)."""
-    o3d = surface.open3d_module()
-    return o3d.geometry.TriangleMesh(o3d.utility.Vector3dVector(corners), o3d.utility.Vector3iVector(triangles))
+mesh_of = surface.mesh_of
 
 
 def write_mesh(path, mesh):

@@ -143,7 +143,7 @@ def test_the_help_lists_what_users_type(evp):
     registered = set(re.findall(r'add\("\w+", "(\S+?)"', (source / "evpplugin.cpp").read_text(encoding="utf-8")))
     for command_of, scripts in ((evp, []), (BUILD / "evp", ["setup.sh", "quickstart.sh", "test.sh"])):
         text = start(command_of, "--help")
-        assert listed(text, "Tools") == ["body", "calibrate", "cost", "curves", "doctor", "quickstart", "view"]
+        assert listed(text, "Tools") == ["body", "calibrate", "cost", "curves", "doctor", "quickstart", "tool", "view"]
         assert listed(text, "Scripts") == scripts and listed(text, "Folders") == ["(none)", "decks", "potentials", "tools", "doc", "plugin"]
         assert listed(text, "Input scripts") == sorted(path.name for path in (REPOSITORY / "lammps_inputs").glob("in.*"))
         assert registered and {name.split()[-1] for name in listed(text, "Commands for LAMMPS")} == registered

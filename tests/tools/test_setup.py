@@ -131,5 +131,5 @@ for module in $1; do case $module in sphinx|open3d) echo -n "$module " ;; esac; 
     text = subprocess.run(["bash", "-euc", script], stdout=subprocess.PIPE, text=True, check=True,
                           env={**os.environ, "PYTHON": str(python)}).stdout
     assert text.splitlines() == [
-        f"    tools/body.py (parts as STL) will not work: {python} has no open3d; pip install open3d",
+        f"    tools/body.py and tools/tool.py (parts and tools as STL) will not work: {python} has no open3d; pip install open3d",
         f"    the site of the documentation cannot be built, nor its tests run: {python} has no sphinx; pip install sphinx"]

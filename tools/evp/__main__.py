@@ -15,7 +15,7 @@ import sys
 TOOLS = pathlib.Path(__file__).resolve().parents[1]
 ROOT = TOOLS.parent
 # Those that are installed, in one line: CMake reads it.
-FOR_USERS = "body calibrate cost curves doctor quickstart view".split()
+FOR_USERS = "body calibrate cost curves doctor quickstart tool view".split()
 FOLDERS = {
     "": ("all of these", ROOT),
     "decks": ("the input scripts", ROOT / "lammps_inputs"),

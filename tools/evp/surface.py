@@ -7,10 +7,12 @@ from scipy.spatial import cKDTree
 from . import require
 
 OPEN3D = "apt-get install python3-open3d (Debian), or pip install open3d"
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254}
 AXES = {"x": (0, 1, 2), "y": (1, 2, 0), "z": (2, 0, 1)}  # of the file, that become x, y and z; all are rotations
 _DIGITS = 2.0**-24  # relative rounding of the coordinates of a file
 _ROUNDED = 1e-3  # over the least extent of a part: coarser coordinates are no shape
-_MERGE = 1e-6  # of the longest extent: corners nearer than this are one
+MERGE = 1e-6  # of the longest extent: corners nearer than this are one
+_ON = 1e-5  # of the longest extent: so near to the surface its normal tells the direction
 _AT_EDGE = 1e-4  # weight of a corner below which a place of a triangle is on the edge opposite to it
 _BATCH = 200_000  # points that Open3D looks at in one call
 
@@ -21,6 +23,12 @@ def open3d_module():
     import open3d  # it takes seconds
     open3d.utility.set_verbosity_level(open3d.utility.VerbosityLevel.Error)
     return open3d
+
+
+def mesh_of(corners, triangles):
+    """Open3D's mesh of corners (V,3) and triangles (T,3)."""
+    o3d = open3d_module()
+    return o3d.geometry.TriangleMesh(o3d.utility.Vector3dVector(corners), o3d.utility.Vector3iVector(triangles))
 
 
 def read_mesh(path):
@@ -38,10 +46,15 @@ def read_mesh(path):
     return mesh
 
 
+def place_of(corners):
+    """In words, the middle of corners (...,3)."""
+    return "{:.6g}, {:.6g}, {:.6g} of the file".format(*corners.reshape(-1, 3).mean(axis=0))
+
+
 def closed_surface(mesh, name):
     """The Surface of a mesh. ValueError, which says what is wrong, where and what to do, if it is not one closed surface."""
     size = float(np.ptp(np.asarray(mesh.vertices), axis=0).max())
-    mesh = mesh.merge_close_vertices(_MERGE * size or 1.0).remove_degenerate_triangles()
+    mesh = mesh.merge_close_vertices(MERGE * size or 1.0).remove_degenerate_triangles()
     given = len(mesh.triangles)
     mesh = mesh.remove_duplicated_triangles().remove_unreferenced_vertices()
     if not mesh.has_triangles():
@@ -51,7 +64,7 @@ def closed_surface(mesh, name):
     corners, triangles = np.asarray(mesh.vertices), np.asarray(mesh.triangles)
 
     def at(which):
-        return "{:.6g}, {:.6g}, {:.6g} of the file".format(*corners[which].reshape(-1, 3).mean(axis=0))
+        return place_of(corners[which])
 
     crowded = np.asarray(mesh.get_non_manifold_edges(True))
     if len(crowded):
@@ -76,6 +89,20 @@ def closed_surface(mesh, name):
         raise ValueError(f"{name} encloses no volume: it is a sheet; give it a thickness in the CAD program")
     found = Surface(corners, np.asarray(mesh.triangles))
     return found if found.volume() > 0.0 else Surface(corners, found.triangles[:, ::-1])
+
+
+def thinned(places, spacing):
+    """(P,) which of the places (P,3) are kept so that no two are nearer than spacing, and none left out is farther from one than that: the first ones."""
+    pairs = cKDTree(places).query_pairs(spacing, output_type="ndarray")
+    kept, undecided = np.zeros(len(places), bool), np.ones(len(places), bool)
+    while len(pairs):  # who comes before all undecided neighbors is kept, its neighbors go
+        first = undecided.copy()
+        first[pairs[:, 1]] = False  # query_pairs gives i < j
+        kept |= first
+        undecided &= ~first
+        undecided[pairs[first[pairs[:, 0]], 1]] = False
+        pairs = pairs[undecided[pairs[:, 0]] & undecided[pairs[:, 1]]]
+    return kept | undecided
 
 
 class Surface:
@@ -124,13 +151,18 @@ class Surface:
         The sign is that of the angle-weighted normal at the nearest place of the surface (Baerentzen and Aanaes 2005): Open3D's own takes
         rays, which hit nothing where Embree heeds ray masks, as in Debian.
         """
+        return self.depth_and_inward(points)[0]
+
+    def depth_and_inward(self, points):
+        """depth() of points (P,3), and the directions (P,3) in which it grows: unit vectors."""
         if self._scene is None:
             self._scene = open3d_module().t.geometry.RaycastingScene()
             self._scene.add_triangles(self.corners.astype(np.float32), self.triangles.astype(np.uint32))
             self._sum_normals()
-        return np.concatenate([self._depth(part) for part in np.array_split(points, len(points) // _BATCH + 1)])
+        parts = [self._depth_and_inward(part) for part in np.array_split(points, len(points) // _BATCH + 1)]
+        return tuple(np.concatenate(found) for found in zip(*parts))
 
-    def _depth(self, points):
+    def _depth_and_inward(self, points):
         found = self._scene.compute_closest_points(points.astype(np.float32))
         which, near = found["primitive_ids"].numpy(), found["points"].numpy().astype(float)
         u, v = found["primitive_uvs"].numpy().T.astype(float)
@@ -140,7 +172,16 @@ class Surface:
         at_edge = self._at_edges[which, np.argmin(weights, axis=1)]  # opposite to the corner that has no weight
         normal = np.where(number == 1, at_corner, np.where(number == 2, at_edge, self.normals[which]))
         away = points - near
-        return np.where(np.einsum("ij,ij->i", away, normal) > 0.0, -1.0, 1.0) * np.linalg.norm(away, axis=1)
+        depth = np.where(np.einsum("ij,ij->i", away, normal) > 0.0, -1.0, 1.0) * np.linalg.norm(away, axis=1)
+        on = np.abs(depth) < _ON * self.extents.max()
+        inward = np.where(on[:, None], -normal, away)
+        return depth, inward / np.where(on, np.linalg.norm(normal, axis=1), depth)[:, None]
+
+    def normals_at_edges(self):
+        """(T,3,3) sum of the normals of the triangles at the edge opposite to each corner."""
+        if self._at_edges is None:
+            self._sum_normals()
+        return self._at_edges
 
     def _sum_normals(self):
         """Of the triangles at each corner, by their angles there (V,3), and of the two at the edge opposite to each corner (T,3,3)."""
@@ -156,15 +197,16 @@ class Surface:
         self._at_edges = total[which.ravel()].reshape(-1, 3, 3)
 
     def scattered(self, count, random):
-        """Random places (count,3), as dense everywhere, and their outward normals (count,3)."""
+        """Random places (count,3), as dense everywhere, and the triangle of each (count,)."""
         which = random.choice(len(self.areas), size=count, p=self.areas / self.areas.sum())
         u, v = np.sort(random.random((2, count)), axis=0)
         a, b, c = np.moveaxis(self.corners[self.triangles[which]], 1, 0)
-        return u[:, None] * a + (v - u)[:, None] * b + (1.0 - v)[:, None] * c, self.normals[which]
+        return u[:, None] * a + (v - u)[:, None] * b + (1.0 - v)[:, None] * c, which
 
     def thickness(self, random, count=400):
         """(count,) way through the body from random places of its surface, straight inwards; to some percent."""
-        places, normals = self.scattered(count, random)
+        places, which = self.scattered(count, random)
+        normals = self.normals[which]
         ways = self.extents.max() * np.geomspace(1e-4, 2.0, 200)
         depth = self.depth((places[:, None] - ways[:, None] * normals[:, None]).reshape(-1, 3)).reshape(count, -1)
         outside = np.argmax(depth < 0.0, axis=1)
@@ -175,13 +217,4 @@ class Surface:
         """Points (P,3) of the surface, no two nearer than spacing, and none of the surface much farther from one than that."""
         places, _ = self.scattered(int(5 * self.areas.sum() / spacing**2) + 100, random)
         places = np.vstack([self.corners, places])
-        pairs = cKDTree(places).query_pairs(spacing, output_type="ndarray")
-        kept, undecided = np.zeros(len(places), bool), np.ones(len(places), bool)
-        while len(pairs):  # who comes before all undecided neighbors is kept, its neighbors go
-            first = undecided.copy()
-            first[pairs[:, 1]] = False  # query_pairs gives i < j
-            kept |= first
-            undecided &= ~first
-            undecided[pairs[first[pairs[:, 0]], 1]] = False
-            pairs = pairs[undecided[pairs[:, 0]] & undecided[pairs[:, 1]]]
-        return places[kept | undecided]
+        return places[thinned(places, spacing)]
