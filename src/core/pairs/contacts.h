@@ -47,9 +47,7 @@ struct PairRules {
   Contact contact = Contact::LITERAL;
   double overlap = 0.3;    ///< warn below d = (1 - overlap) (R_i + R_j)
   bool plastic = false;    ///< plasticity isotropic: flow beyond the elastic limit stays
-  /// Of eq. 8 bonds break beyond (1 + this) deq; with plasticity where they are stretched and the mean plastic strain of
-  /// their spheres has reached this; 0: never.
-  double break_strain = 0.0;
+  double break_strain = 0.0;    ///< of eq. 8 bonds break beyond (1 + this) deq; 0: never
   JoinRule join = {1.2, false};    ///< used with contact join
   int update = 0;    ///< steps between two updates of plastic strains and limits; 0: not given
 
@@ -67,7 +65,7 @@ struct PairRules {
   /// dlim: alpha (R_i + R_j).
   Span of_bond(double deq, double dlim) const
   {
-    return {deq, breaks() && !plastic ? std::min(dlim, (1.0 + break_strain) * deq) : dlim};
+    return {deq, breaks() ? std::min(dlim, (1.0 + break_strain) * deq) : dlim};
   }
 
   /// Of a pair that was never a bond. Those of two bodies only repel.

@@ -231,9 +231,6 @@ class FailureCriterion {
  public:
   virtual bool fails(int i, int j) const = 0;
 
-  /// Only where it is stretched?
-  virtual bool only_stretched() const { return true; }
-
   /// Does no bond begin between them?
   virtual bool bars_joining(int /*i*/, int /*j*/) const { return false; }
 
@@ -248,15 +245,13 @@ struct EndingBonds final : ChangingPairs {
   /// Takes those of a block; mostly none ends. Those that fail have neither force nor potential any more.
   void operator()(const PairRange &range, PairBlock &block) override
   {
-    constexpr double STRETCHED = (1.0 + STRETCH_MARGIN) * (1.0 + STRETCH_MARGIN);
     if (criteria.empty() && !any_past(block)) return;
     range.for_each_row([&](int i, int first, int last) {
       for (int n = first; n < last; n++) {
         const int k = n - range.first;
         const double dsq = distance_squared(block, range, i, n);
         const bool past = dsq > block.cutsq[k];
-        const bool stretched = dsq * block.inv_deq[k] * block.inv_deq[k] > STRETCHED;
-        if (!past && !fails(i, range.list.j[n], stretched)) continue;
+        if (!past && !fails(i, range.list.j[n])) continue;
         take(n, dsq);
         if (!past) block.force[k] = block.damping[k] = block.potential[k] = 0.0;
       }
@@ -271,10 +266,10 @@ struct EndingBonds final : ChangingPairs {
       return count_past_cutoff(block, margin) > 0;
     });
   }
-  bool fails(int i, int j, bool stretched) const
+  bool fails(int i, int j) const
   {
     return std::any_of(criteria.begin(), criteria.end(), [=](const FailureCriterion *one) {
-      return (stretched || !one->only_stretched()) && one->fails(i, j);
+      return one->fails(i, j);
     });
   }
 };

@@ -23,9 +23,6 @@ constexpr double RECORD_MARGIN = 1.0e-9;
 constexpr double BOND_MARGIN = 2.0e-9;
 constexpr double LIST_MARGIN = 3.0e-9;
 
-// A pair at rest has round-off too: it is stretched beyond this strain.
-constexpr double STRETCH_MARGIN = 1.0e-9;
-
 // Two centres closer than this share of R_i + R_j coincide but for round-off: no direction is theirs.
 constexpr double COINCIDENT = 1.0e-9;
 

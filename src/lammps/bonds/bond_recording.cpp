@@ -139,7 +139,7 @@ namespace {
       return fmt::format("atom {} is not in the fix's group: use a group with all bonded atoms",
                          a.in_group == 0.0 ? line.id : line.bond.partner);
     if (line.kind == Remembered::CONTACT && !rules.plastic) return HAS_FLOWED;
-    if (line.kind == Remembered::APART && (!rules.breaks() || rules.plastic))
+    if (line.kind == Remembered::APART && !rules.breaks())
       return "it has broken: use pair_style evp/lj with 'break' and 'plasticity none', as when the "
              "file was written";
     const bool are_one_body = within == BodyRule::ALL ||

@@ -34,7 +34,6 @@ class Failure final :
   void set_shared(Sharing, const ValuesOfAtoms &) override;
   const FailureCriterion *failure() const override { return any_parted ? this : nullptr; }
   bool fails(int i, int j) const override { return parted[i] || parted[j]; }
-  bool only_stretched() const override { return false; }    // as contacts they hold under pressure
   bool bars_joining(int i, int j) const override { return fails(i, j); }
 
   StressReader *stress_reader() override { return this; }

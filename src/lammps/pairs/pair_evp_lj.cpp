@@ -138,8 +138,7 @@ void PairEVPLJ::settings(int narg, char **arg)
           chosen.break_strain = word.number();
           word.demand(
               chosen.break_strain > 0.0 && std::isfinite(chosen.break_strain),
-              "must be none or a positive strain, at which bonds break for good: of a bond, "
-              "or with plasticity the plastic strain of its spheres");
+              "must be none or a positive strain, at which bonds break for good");
         } else if (word.is("update")) {
           const double steps = word.number();
           word.demand(steps >= 1.0 && steps <= 1.0e9 && steps == std::floor(steps),
@@ -218,6 +217,13 @@ void PairEVPLJ::init_style()
                "give its types rows of their own instead");
   if (!atom->tag_enable)
     error->all(FLERR, "Pair evp/lj needs atom IDs: remove 'atom_modify id no'");
+  const PairRules &rules = pair_data.rules();
+  if (rules.plastic && rules.breaks())
+    error->all(FLERR,
+               "Pair evp/lj: 'break {0}' is for 'plasticity none'; with 'plasticity isotropic' "
+               "leave it out, and add 'damage {0} 0 0 0 0 rupture 0' to the row (pair_coeff), with "
+               "'density'",
+               rules.break_strain);
   pair_data.begin_run();
   neighbor->add_request(this);
 }

@@ -66,26 +66,19 @@ void Plasticity::put_shared(Sharing, const ValuesOfAtoms &values) const
   for (int i = 0; i < pairs.lists().nlocal; i++) {
     const double p = pairs.store().sphere(i).p, limit = pairs.limit_of(i)(p, factors[i]);
     values[i][0] = of_bonds.empty() ? limit : limit * of_bonds[i];
-    values[i][1] = p;
-    if (!of_bonds.empty()) values[i][2] = limit;
+    if (!of_bonds.empty()) values[i][1] = limit;
   }
 }
 
 void Plasticity::set_shared(Sharing when, const ValuesOfAtoms &values)
 {
   PairLists &lists = pairs.lists();
-  const bool breaks = pairs.rules().breaks();
   const bool apart = weakens();
   lists.limits.resize(lists.nall);
   lists.contact_limits.resize(apart ? lists.nall : 0);
-  strains.resize(breaks ? lists.nall : 0);
-  any_fails = false;
   for (int i = 0; i < lists.nall; i++) {
     lists.limits[i] = values[i][0];
-    if (apart) lists.contact_limits[i] = values[i][2];
-    if (!breaks) continue;
-    strains[i] = values[i][1];
-    any_fails = any_fails || strains[i] >= pairs.rules().break_strain;
+    if (apart) lists.contact_limits[i] = values[i][1];
   }
   set_limits(when != Sharing::PACKED);
 }

@@ -8,9 +8,8 @@
 
 namespace EVP {
 
-/// Permanent flow ('plasticity isotropic'): deq moves, and spheres harden by their plastic strain. With 'break' bonds fail at a
-/// plastic strain.
-class Plasticity final : public Effect, public FailureCriterion, protected Pointers {
+/// Permanent flow ('plasticity isotropic'): deq moves, and spheres harden by their plastic strain.
+class Plasticity final : public Effect, protected Pointers {
  public:
   Plasticity(LAMMPS *lmp, PairData &pair_data) : Pointers(lmp), pairs(pair_data) {}
 
@@ -20,14 +19,9 @@ class Plasticity final : public Effect, public FailureCriterion, protected Point
   void begin_update() override { collect_sums(); }
   void update_effect() override;
 
-  int shared_width(Sharing) const override { return weakens() ? 3 : 2; }
+  int shared_width(Sharing) const override { return weakens() ? 2 : 1; }
   void put_shared(Sharing, const ValuesOfAtoms &) const override;
   void set_shared(Sharing, const ValuesOfAtoms &) override;
-  const FailureCriterion *failure() const override { return any_fails ? this : nullptr; }
-  bool fails(int i, int j) const override
-  {
-    return 0.5 * (strains[i] + strains[j]) >= pairs.rules().break_strain;
-  }
 
   void commit() override;
   void bond_ends(const EndingPair &pair) override { count_end(pair, 1.0); }
@@ -38,11 +32,9 @@ class Plasticity final : public Effect, public FailureCriterion, protected Point
  private:
   PairData &pairs;
   FlowSums sums;
-  std::vector<double> strains;    // of atoms and ghosts, where bonds fail by them
-  std::vector<double> work;       // of own atoms, since the last time
-  AtomValues velocities{3};       // half a step ago, of atoms and ghosts; or empty
-  bool any_fails = false;
-  bool were_given = false;    // strains, since the last update
+  std::vector<double> work;    // of own atoms, since the last time
+  AtomValues velocities{3};    // half a step ago, of atoms and ghosts; or empty
+  bool were_given = false;     // strains, since the last update
 
   bool weakens() const { return pairs.effects.any(&Effect::weakens_bonds); }
   void collect_sums();
