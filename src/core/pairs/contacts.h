@@ -45,9 +45,9 @@ constexpr int UPDATE_EVERY = 10;
 /// no bonds.
 struct PairRules {
   Contact contact = Contact::LITERAL;
-  double overlap = 0.3;    ///< warn below d = (1 - overlap) (R_i + R_j)
-  bool plastic = false;    ///< plasticity isotropic: flow beyond the elastic limit stays
-  double break_strain = 0.0;    ///< of eq. 8 bonds break beyond (1 + this) deq; 0: never
+  double overlap = 0.3;            ///< warn below d = (1 - overlap) (R_i + R_j)
+  bool plastic = false;            ///< plasticity isotropic: flow beyond the elastic limit stays
+  double break_strain = 0.0;       ///< of eq. 8 bonds break beyond (1 + this) deq; 0: never
   JoinRule join = {1.2, false};    ///< used with contact join
   int update = 0;    ///< steps between two updates of plastic strains and limits; 0: not given
 

@@ -322,7 +322,8 @@ void PairData::report()
                                                             : "only repel each other, elastically");
   if (rules_.plastic) line += ", plasticity isotropic";
   if (rules_.update) line += fmt::format(", limits updated every {} steps", rules_.update);
-  if (rules_.breaks()) line += fmt::format(", bonds break beyond {} deq", 1.0 + rules_.break_strain);
+  if (rules_.breaks())
+    line += fmt::format(", bonds break beyond {} deq", 1.0 + rules_.break_strain);
   line += describe_effects(false);
   line += types.find_inactive_keywords(rules_.plastic, effects);
   line += fmt::format(", overlap warning above {} (R_i + R_j)\n", rules_.overlap);

@@ -136,9 +136,8 @@ void PairEVPLJ::settings(int narg, char **arg)
             return;
           }
           chosen.break_strain = word.number();
-          word.demand(
-              chosen.break_strain > 0.0 && std::isfinite(chosen.break_strain),
-              "must be none or a positive strain, at which bonds break for good");
+          word.demand(chosen.break_strain > 0.0 && std::isfinite(chosen.break_strain),
+                      "must be none or a positive strain, at which bonds break for good");
         } else if (word.is("update")) {
           const double steps = word.number();
           word.demand(steps >= 1.0 && steps <= 1.0e9 && steps == std::floor(steps),
