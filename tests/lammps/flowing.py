@@ -9,7 +9,7 @@ from small_bodies import STIR, pair, thermo, velocities
 
 ROW = law.TABLE1._replace(xi_s=0.004)
 KV = 500.0
-BREAK = 0.3  # plastic strain at failure
+FAILS = 0.3  # plastic strain at failure
 BONDS = "fix bonds all evp/bonds zone 1.1"  # the next neighbors are contacts, and some of them are pushed
 SPHERE = "plastic_strain plastic_work slip bonds recorded rho0 G gap torn lost batch volume_strain".split()  # with fix evp/volume
 
@@ -32,9 +32,14 @@ class Pairs(NamedTuple):
         return {sphere: values[self.columns.index(name)] for sphere, values in self.spheres.items()}
 
 
-def flowing_pair(contact="repulsive", broken=BREAK, row=ROW, kv=KV, fix=BONDS, plasticity="isotropic"):
+def failing_at(strain):
+    """Words of a row whose spheres part at this plastic strain, but not under pressure; none with None."""
+    return f" density 2700 damage {strain} 0 0 0 0 rupture 0" if strain else ""
+
+
+def flowing_pair(contact="repulsive", fails=FAILS, row=ROW, kv=KV, fix=BONDS, plasticity="isotropic"):
     """Pair style, bonds and volume energy."""
-    return pair(row, f"{contact} plasticity {plasticity} break {broken or 'none'}", fix) + (f"fix volume all evp/volume {kv}\n" if kv else "")
+    return pair(row, f"{contact} plasticity {plasticity}", fix, failing_at(fails)) + (f"fix volume all evp/volume {kv}\n" if kv else "")
 
 
 def flow_words(table):

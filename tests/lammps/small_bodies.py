@@ -164,8 +164,9 @@ neigh_modify every 1 delay 0 check yes
 """
 
 
-def pair(row=law.TABLE1, contact="literal", fix="fix bonds all evp/bonds"):
-    return f"pair_style evp/lj contact {contact}\npair_coeff * * {words(row)}\n{fix}\n"
+def pair(row=law.TABLE1, contact="literal", fix="fix bonds all evp/bonds", more=""):
+    """more: behind the row."""
+    return f"pair_style evp/lj contact {contact}\npair_coeff * * {words(row)}{more}\n{fix}\n"
 
 
 def words(row):

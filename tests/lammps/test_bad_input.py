@@ -70,7 +70,7 @@ WORDS = {
         ("overlap nan", f"Pair style evp/lj: overlap {NUMBER} 'nan'"), ("overlap 0", "overlap must lie in (0, 1]"), ("overlap 1.1", "overlap must lie in (0, 1]"),
         ("overlap 0.3 0.4", "unknown keyword '0.4'"), ("plasticity", "keyword plasticity needs a value"),
         ("plasticity plastic", "plasticity must be none"), ("plasticity isotropic", "contact literal"), ("break", "keyword break needs a value"),
-        *((f"break {word}", "break must be none or a positive strain, at which bonds break for good: of a bond, or with plasticity the plastic strain") for word in ("0", "-1", "-0.0")),
+        *((f"break {word}", "break must be none or a positive strain, at which bonds break for good") for word in ("0", "-1", "-0.0")),
         ("break 5%", f"break {NUMBER} '5%'"), ("break None", f"break {NUMBER} 'None'"),
         *((f"plasticity isotropic update {word}", "Pair style evp/lj: update must be an integer from 1 to 1e9 (steps between two updates of plastic strains") for word in ("0", "-10", "2.5")),
         ("plasticity isotropic update ten", f"update {NUMBER} 'ten'"), ("update", "keyword update needs a value"),
@@ -205,6 +205,8 @@ OTHERS = [
       for ask in ("pair_write 1 1 20 r 0.005 0.015 table.txt EVP", "write_restart r.restart", "balance 1.0 shift x 5 1.1")),
     ({"style": FLOWS, "fix": "", "thermo": ""}, "plasticity isotropic " + NEEDS), ({"style": BREAKS, "fix": "", "thermo": ""}, "break " + NEEDS),
     ({"style": FLOWS, "fix": "", "thermo": "", "run": "minimize 0 1e-9 10 10"}, "plasticity isotropic " + NEEDS),
+    *(({"style": style, **parts}, "'break 0.1' is for 'plasticity none'; with 'plasticity isotropic' leave it out, and add 'damage 0.1 0 0 0 0 rupture 0' to the row (pair_coeff), with 'density'")
+      for style, parts in ((FLOWS + " break 0.1", {}), (BREAKS + " plasticity isotropic", {"fix": "", "thermo": ""}))),
     ({"style": FLOWS, "fix": FIX + "\nrun 0\nunfix bonds", "thermo": ""}, "plasticity isotropic " + NEEDS),
     ({"style": FLOWS, "coeff": COEFF + "80 8 4 80 8 4 0.005 0 1.5"}, STIFFER), ({"style": FLOWS, "after": COEFF + "80 8 4 200 8 4 0.005 0 1.5\nrun 1", **SEEN}, STIFFER),
     ({"style": FLOWS, "then": "variable stiff equal 3+100*step\nfix stiffer all adapt 1 pair evp/lj e2 * * v_stiff", **SEEN}, STIFFER),
@@ -401,7 +403,7 @@ LEGAL = [  # scene, what it prints, f_bonds and f_bonds[5]
     ({"style": "pair_style evp/lj contact none overlap 0.2 contact repulsive overlap 0.4"}, "contact repulsive", (BONDS, 0)),
     ({"fix": FIX + "zone 1.4 zone 1.2"}, "recorded 20 pairs within 1.2", (20, 0)), ({"fix": "group nobody empty\nfix bonds nobody evp/bonds"}, "recorded 0 pairs within alpha", (0, 0)),
     ({"then": "delete_atoms group all compress no\ncreate_atoms 1 single 0 0 0\nset group all diameter 0.01"}, "recorded 0 pairs", (0, 0)),
-    *(({"style": f"{FLOWS} break {value}"}, "plasticity isotropic", (BONDS, 0)) for value in ("none", "1e-9", "1e9")),
+    ({"style": FLOWS + " break none"}, "plasticity isotropic", (BONDS, 0)), ({"style": BREAKS + " break none plasticity isotropic"}, "plasticity isotropic", (BONDS, 0)),
     ({"style": FLOWS + " plasticity none"}, "evp/lj: damping off, contact repulsive, deq", (BONDS, 0)), ({"style": BREAKS + " break none"}, DEFAULT, (BONDS, 0)),
     *(({"fix": FIX + f"file {name}.bonds"}, f"recorded {count} pairs from file", (count, 0)) for name, count in (("one", 1), ("none", 0), ("far", 1))),
     *(({"style": style, "fix": FIX + f"file {name}.bonds", "step": "timestep 1e-12"}, "from file", counts) for style, name, counts in (
@@ -541,7 +543,7 @@ def test_refused_restarts_on_two_ranks(lmp, saved, tmp_path, name, lines, text):
 def test_restarts_that_continue(lmp_decks, saved, tmp_path):
     for name, content in saved.items():
         (tmp_path / f"{name}.restart").write_bytes(content)
-    cases = [("plain", ""), ("flows", ""), ("flows", PLASTIC), ("flows", PLASTIC.replace("isotropic", "isotropic break 0.1")), ("breaks", ""), ("breaks", PLASTIC),
+    cases = [("plain", ""), ("flows", ""), ("flows", PLASTIC), ("flows", PLASTIC + " density 2700 damage 0.1 0 0 0 0 rupture 0"), ("breaks", ""), ("breaks", PLASTIC),
              ("plain", PLASTIC), ("plain", TEARING)]
     runs = lmp_decks({case: CONTINUE.format(case[1]).replace("r.restart", f"{case[0]}.restart") for case in cases}, 2)
     assert all(list(run.thermo()["f_bonds"]) == [BONDS] * 2 for run in runs.values())

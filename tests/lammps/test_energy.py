@@ -7,6 +7,7 @@ import re
 
 import numpy as np
 import pytest
+from flowing import failing_at
 from lammps_run import thermo_blocks
 from evp.law import flow_bond, flow_contact
 from oracle import brute, law
@@ -177,7 +178,7 @@ IDEAL = " flow 0 1"  # no hardening: F d of a bond that flows stays
 
 def style(row, contact, plasticity="isotropic", breaks="none", fix="fix bonds all evp/bonds", more=""):
     """more: behind the row."""
-    return pair(row, f"{contact} plasticity {plasticity} break {breaks}", fix).replace(words(row), words(row) + more)
+    return pair(row, f"{contact} plasticity {plasticity} break {breaks}", fix, more)
 
 
 # ---- two bodies that are moved: by hand ----
@@ -195,19 +196,16 @@ def moved(lmp, tmp_path, pairs, ways, steps, ranks=1, gap=DEQ):
 
 
 def failure(deq, way, steps, strain):
-    """The distance at which a bond of IDEAL fails that is pulled from deq: the first step divisible by 10 at whose beginning p has reached the strain."""
+    """The distance at which a bond of IDEAL fails that is pulled from deq: an update after the one in which p has reached the strain."""
     at = deq + way / steps * np.arange(9, steps, 10)  # one step before
     p = np.log(np.maximum(at / (deq * (1.0 + ROW.xi_s)), 1.0)) / 0.31
-    return at[np.argmax(p >= strain)] + way / steps
+    return at[np.argmax(p >= strain)] + 11 * way / steps
 
 
-@pytest.mark.parametrize("breaks, ranks", [("none", 2), ("0.1", 1)])
-def test_a_flowed_bond_that_ends(lmp, tmp_path, breaks, ranks):
-    """Along the way out: stored and dissipated; beyond dlim, or where p has reached XI, what it stored has ended. On the way back only the sum of the radii is
-    left to repel."""
-    way = 1.2 * (DLIM - DEQ)
-    cut = DLIM if breaks == "none" else failure(DEQ, way, 20000, 0.1)
-    out, back = moved(lmp, tmp_path, style(ROW, "repulsive", breaks=breaks, more=IDEAL), (way, -way - 0.0013), 20000, ranks)
+def test_a_flowed_bond_that_ends(lmp, tmp_path):
+    """Along the way out: stored and dissipated; beyond dlim what it stored has ended. On the way back only the sum of the radii is left to repel."""
+    way, cut = 1.2 * (DLIM - DEQ), DLIM
+    out, back = moved(lmp, tmp_path, style(ROW, "repulsive", more=IDEAL), (way, -way - 0.0013), 20000, 2)
     depth = float(flow_bond(cut, DEQ, ROW, ROW.xi_s).stored)
     for k in (5, 20, 40, 60, 82, 84, 100):
         found, d = energies(out, k), DEQ + way * k / 100
@@ -218,7 +216,7 @@ def test_a_flowed_bond_that_ends(lmp, tmp_path, breaks, ranks):
             jump = abs(float(now.force)) * way / 20000 if name == "movers" else 0.0  # of the step in which the force ends
             assert found[name] == pytest.approx(float(value), rel=RELATIVE.get(name, 1e-9), abs=CLOSED * depth + jump), (k, name)
         assert all(found[name] == 0.0 for name in ("lost", "second", "contacts", "kinetic", "volume", "unused")), k
-    assert (depth > 0.0) and (cut < 1.05 * DEQ) == (breaks != "none"), "control"
+    assert depth > 0.0, "control"
     found, before = energies(back), energies(out)
     now = flow_contact(DEQ - 0.0013, SUM_RADII, SUM_RADII, ROW, ROW.xi_s)
     assert found["contacts"] == pytest.approx(float(now.stored), rel=1e-7) and found["ended"] == pytest.approx(depth, rel=1e-7)
@@ -241,15 +239,16 @@ def test_a_bond_recorded_next_to_its_cut_off(lmp, tmp_path, builds):
         assert np.abs(table["f_energy"]).max() < 1e-3 * energies(out)["movers"]
 
 
-@pytest.mark.parametrize("plasticity, breaks", [("isotropic", "0.05"), ("none", "0.03")])
-def test_a_bond_that_breaks_where_its_particles_overlap(lmp, tmp_path, plasticity, breaks):
+@pytest.mark.parametrize("plasticity", ["isotropic", "none"])
+def test_a_bond_that_breaks_where_its_particles_overlap(lmp, tmp_path, plasticity):
     """What is left rests where the bond broke, not at the larger sum of the radii: it has no force and no energy there, so that all
-    that the bond stored is released."""
+    that the bond stored is released. With damage that is what it stores at a thousandth of its limit."""
     deq, way = 0.0095, 0.0007
-    out, back = moved(lmp, tmp_path, style(ROW, "repulsive", plasticity, breaks, more=IDEAL), (way, -0.0006), 20000, gap=deq)
+    breaks, more = ("0.03", "") if plasticity == "none" else ("none", failing_at(0.05))
+    out, back = moved(lmp, tmp_path, style(ROW, "repulsive", plasticity, breaks, more=IDEAL + more), (way, -0.0006), 20000, gap=deq)
     if plasticity == "isotropic":
         cut = failure(deq, way, 20000, 0.05)
-        depth = float(flow_bond(cut, deq, ROW, ROW.xi_s).stored)
+        depth = float(flow_bond(cut, deq, ROW, 1e-3 * ROW.xi_s).stored)
     else:
         cut = 1.03 * deq
         depth = law.energy(cut, deq, ROW, deq)
@@ -356,23 +355,23 @@ def test_a_fix_that_changes_atoms_may_come_before_it(lmp_decks, body, early, bre
 
 # ---- bodies that fly apart ----
 
-def flung(contact, breaks, kv, gamma, style_name, step, steps, every=None):
-    """A bar that is stretched and stirred at up to 120 m/s: bonds flow, leave or break within 80 us."""
+def flung(contact, fails, kv, gamma, style_name, step, steps, every=None):
+    """A bar that is stretched and stirred at up to 120 m/s: bonds flow, leave or fail within 80 us."""
     fix = "fix bonds all evp/bonds zone 1.48" + (f"\nfix volume all evp/volume {kv}" if kv else "")
     stir = velocities("3000*(x-0.04)+5*sin(1.1*id)", "5*cos(2.3*id)", "5*sin(3.7*id+1)")
-    text = head(boundary="s s s") + style(ROW._replace(gamma=float(gamma)), contact, breaks=breaks, fix=fix)
+    text = head(boundary="s s s") + style(ROW._replace(gamma=float(gamma)), contact, fix=fix, more=failing_at(fails))
     return text + stir + f"fix move all {style_name}\n" + ledger(every or steps) + f"timestep {step}\nrun {steps}\n"
 
 
-@pytest.mark.parametrize("contact, breaks, kv, gamma, style_name", [
-    ("none", "none", 0, 0, "nve"), ("none", "none", 1000, 0, "nve"), ("repulsive", "0.1", 1000, 0, "nve"), ("repulsive", "0.1", 1000, 50, "nve"),
-    ("repulsive", "0.1", 1000, 50, "nve/evp tol 1e-12")])
-def test_closes_through_flow_and_loss(lmp, body, contact, breaks, kv, gamma, style_name):
+@pytest.mark.parametrize("contact, fails, kv, gamma, style_name", [
+    ("none", None, 0, 0, "nve"), ("none", None, 1000, 0, "nve"), ("repulsive", 0.1, 1000, 0, "nve"), ("repulsive", 0.1, 1000, 50, "nve"),
+    ("repulsive", 0.1, 1000, 50, "nve/evp tol 1e-12")])
+def test_closes_through_flow_and_loss(lmp, body, contact, fails, kv, gamma, style_name):
     """What is left open falls with the timestep, as the jump of the force where a pair leaves has it: F v dt each. Controls: each
     entry that is asked for has its share, far above what is open."""
     opened = []
     for part in (1, 16):
-        table = lmp(flung(contact, breaks, kv, gamma, style_name, 1e-7 / part, 800 * part)).ok().thermo()
+        table = lmp(flung(contact, fails, kv, gamma, style_name, 1e-7 / part, 800 * part)).ok().thermo()
         found = energies(table)
         opened.append(abs(found["open"]) / abs(found["kinetic"]))
     assert opened[0] < 1.5e-3 and opened[1] < max(0.25 * opened[0], 1e-5), opened
@@ -384,7 +383,7 @@ def test_closes_through_flow_and_loss(lmp, body, contact, breaks, kv, gamma, sty
 
 @pytest.mark.parametrize("gamma, style_name", [(0, "nve"), (1000, "nve/evp")])
 def test_plastic_never_falls_in_any_step(lmp, body, gamma, style_name):
-    text = flung("repulsive", "0.05", 1000, gamma, style_name, 2e-7, 400, every=1).replace("3000*(x-0.04)", "8000*(0.04-x)*sin(0.01*id)")
+    text = flung("repulsive", 0.05, 1000, gamma, style_name, 2e-7, 400, every=1).replace("3000*(x-0.04)", "8000*(0.04-x)*sin(0.01*id)")
     plastic = lmp(text).ok().thermo()["f_energy[9]"]
     assert np.all(np.diff(plastic) >= 0.0) and plastic[-1] > 10.0
     assert np.count_nonzero(np.diff(plastic)) > 200

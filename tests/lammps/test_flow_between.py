@@ -6,7 +6,7 @@ import itertools
 import numpy as np
 import pytest
 from evp import law
-from flowing import read_pairs
+from flowing import failing_at, read_pairs
 from hostile import refused
 from small_bodies import head, lattice_body, pair, thermo, velocities, write_body
 
@@ -120,7 +120,7 @@ ADAPT = "variable none equal 0\nfix again all adapt 7 pair evp/lj gamma * * v_no
 
 
 @ways
-@pytest.mark.parametrize("rules", ["none", "none plasticity isotropic", "none plasticity isotropic break 0.05", "none break 0.05"])
+@pytest.mark.parametrize("rules", ["none", "none plasticity isotropic", "none break 0.05"])
 def test_the_energy_of_a_lost_bond_in_every_step(lmp_decks, newton, ranks, rules):
     """In the step in which it breaks, in either order of the fixes; past the end of the list, wherever that is, and packed anew."""
     decks = {}
@@ -195,7 +195,7 @@ def test_a_deleted_partner_breaks_no_bond(lmp):
 @pytest.mark.parametrize("newton", ["on", "off"])
 def test_a_packing_of_the_same_list_keeps_what_is_left_of_a_broken_bond(lmp_decks, newton):
     """fix adapt packs the pairs anew at each step, here with the coefficient that they have: the bond breaks, what is left of it flows."""
-    deck = two(newton, "contact repulsive plasticity isotropic break 0.02", 0.01, 0.003) + """
+    deck = two(newton, "contact repulsive plasticity isotropic", 0.01, 0.003, coeff=f"3 8 4 0.005 0 1.5{failing_at(0.02)}") + """
 fix hold one nve/noforce
 fix swing two move wiggle 0.00024 0 0 2e-6
 fix e all evp/energy
@@ -290,7 +290,7 @@ def test_bonds_that_fail_as_a_minimization_comes_to_rest(lmp, tmp_path):
     """The volume energy is told of them: it stays, and the spheres are torn. Control: bonds have failed."""
     body = lattice_body((8, 3, 3))
     write_body(tmp_path / "body.data", body)
-    text = head() + pair(contact="none plasticity isotropic break 0.005", fix="fix bonds all evp/bonds") + "fix volume all evp/volume 500\n"
+    text = head() + pair(contact="none break 0.005", fix="fix bonds all evp/bonds") + "fix volume all evp/volume 500\n"
     text += "region left block INF 0.01 INF INF INF INF\nregion right block 0.07 INF INF INF INF INF\ngroup left region left\ngroup right region right\n"
     text += "group ends union left right\nfix hold ends setforce 0 0 0\nmin_modify dmax 1e-4\n" + thermo("f_volume")
     runs = lmp(text + 8 * "displace_atoms right move 1e-4 0 0\nminimize 0 100 20000 200000\nrun 0\n" + "write_evp_bonds torn.bonds\n").ok()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from evp import law
 from oracle import metal
-from flowing import flow_words, BONDS, KV, MOVE, SHAKE, assert_flowed, flowing_pair, largest_difference, lead, read_pairs
+from flowing import failing_at, flow_words, BONDS, KV, MOVE, SHAKE, assert_flowed, flowing_pair, largest_difference, lead, read_pairs
 from flowing import ROW as FLOWING
 from lammps_run import read_csv, write_state
 from small_bodies import dump, energies, grips, head, mass_of, pair, thermo, turn_about, words, write_body, write_two
@@ -80,21 +80,21 @@ SOFTENS = (0, 1, 0.1, 2, 0.3, 0.5)
 TABLES = {1: None, 2: SOFTENS}
 
 
-@pytest.mark.parametrize("contact, broken, newton, ranks, update", [
+@pytest.mark.parametrize("contact, fails, newton, ranks, update", [
     ("none", None, "off", 2, 10), ("repulsive", 0.3, "on", 1, 10), ("join 1.2", 0.3, "off", 2, 10), ("join 1.35", None, "on", 1, 10),
     ("repulsive", 0.3, "on", 3, 40), ("join 1.2", 0.3, "off", 1, 4)])
-def test_a_body_of_two_types(lmp, tmp_path, small, contact, broken, newton, ranks, update):
+def test_a_body_of_two_types(lmp, tmp_path, small, contact, fails, newton, ranks, update):
     """Its motion, deq and energies, and p and work of its spheres, as tests/oracle/metal.py has them after 200 steps: with limits by the types of the
     spheres, one that hardens and one that softens, and bonds that end."""
-    coeffs = f"pair_coeff 1 1 {words(FLOWING)}\npair_coeff 2 2 {words(WEAK)}{flow_words(SOFTENS)}\npair_coeff 1 2 {words(SOFT)}\n"
-    style = f"pair_style evp/lj contact {contact} plasticity isotropic break {broken or 'none'}{f' update {update}' if update != 10 else ''}\n{coeffs}{BONDS}\n"
+    coeffs = f"pair_coeff 1 1 {words(FLOWING)}{failing_at(fails)}\npair_coeff 2 2 {words(WEAK)}{flow_words(SOFTENS)}{failing_at(fails)}\npair_coeff 1 2 {words(SOFT)}\n"
+    style = f"pair_style evp/lj contact {contact} plasticity isotropic{f' update {update}' if update != 10 else ''}\n{coeffs}{BONDS}\n"
     text = head(newton) + style + SHAKE + "fix energy all evp/energy\nfix move all nve\ntimestep 3e-7\nthermo 200\n" + thermo("ke f_energy f_energy[*]")
     text += dump(every=200) + "run 200\nwrite_evp_bonds end.bonds\n"
     run = lmp(text, ranks).ok()
     first, last = run.dump("all.dump")
     bonds = {key: deq for key, deq in small.bonds.items() if deq <= 1.1 * sum(small.radius[k - 1] for k in key)}
     body = metal.Metal(first.x, first.v, small.radius, mass_of(small.radius), ROWS, bonds, 3e-7, TABLES, small.types, contact.split()[0],
-                       failure=broken, every=update, join=float((contact + " 1.2").split()[1])).run(200)
+                       every=update, join=float((contact + " 1.2").split()[1]), condition=metal.Yield(0.0, 2700.0), fails=fails and metal.Failure((fails, 0.0, 0.0))).run(200)
     found, pairs = energies(run.thermo()), read_pairs(tmp_path / "end.bonds")
     assert np.abs(last.x - body.x).max() < 1e-10 and np.abs(last.v - body.v).max() < 1e-8 * np.abs(body.v).max()
     for own, wanted in ((pairs.bonds, body.records()), (pairs.contacts, body.records(bonds=False))):
@@ -107,7 +107,7 @@ def test_a_body_of_two_types(lmp, tmp_path, small, contact, broken, newton, rank
     for entry, value, relative in (("plastic", body.dissipated, 1e-7), ("ended", body.lost, 1e-7), ("dissipated", body.viscous, 1e-3)):
         assert found[entry] == pytest.approx(value, rel=relative, abs=1e-9), entry  # viscous: the oracle takes the mean velocity of a whole step
     assert run.thermo()["KinEng"][-1] == pytest.approx(body.kinetic(), rel=1e-9)
-    assert len(pairs.bonds) == len(bonds) + pairs.joined - pairs.ended and (pairs.ended > 3) == bool(broken), "control"
+    assert len(pairs.bonds) == len(bonds) + pairs.joined - pairs.ended and (pairs.ended > 3) == bool(fails), "control"
     limits = body.y[small.types == 2] / WEAK.xi_s
     assert body.work.min() > 0.0 and limits.max() > 1.2 and limits.min() < 0.9, "control"
 
@@ -175,7 +175,7 @@ def test_a_plastic_strain_that_waits(lmp, tmp_path, small, ranks, newton):
 def test_a_plastic_strain_that_is_given_before_a_minimization(lmp, tmp_path, small, ranks, newton):
     """In force from its start: bonds that hold three times as far do not flow. Without it they do."""
     row = words(FLOWING) + flow_words((0, 1, 0.05, 3))
-    text = head(newton) + flowing_pair(broken=None, kv=0, fix="fix bonds all evp/bonds zone 1.4").replace(words(FLOWING), row) + "fix move all nve\nrun 0\nwrite_evp_bonds before.bonds\n"
+    text = head(newton) + flowing_pair(fails=None, kv=0, fix="fix bonds all evp/bonds zone 1.4").replace(words(FLOWING), row) + "fix move all nve\nrun 0\nwrite_evp_bonds before.bonds\n"
     text += "region middle block 0.009 0.031 INF INF INF INF units box\ngroup middle region middle\ngroup ends subtract all middle\nfix hold ends setforce 0 0 0\n"
     text += "displace_atoms all ramp x 0 0.0002 x 0 0.04 units box\n{}min_style cg\nmin_modify dmax 1e-4\nminimize 0 1.0 10000 100000\nwrite_evp_bonds after.bonds\n"
     flowed = []
@@ -243,7 +243,7 @@ def test_deq_moves_in_steps_only(lmp_decks, bar):
 @pytest.mark.parametrize("contact", ["none", "repulsive"])
 def test_a_run_in_parts_is_the_same(lmp, tmp_path, bar, contact):
     """Set-up finds the forces of the step before, also where bonds have just broken while their particles overlap."""
-    start = f"{head()}{flowing_pair(contact, broken=0.15)}{SHAKE}fix move all nve\ntimestep 3e-7\n"
+    start = f"{head()}{flowing_pair(contact, fails=0.15)}{SHAKE}fix move all nve\ntimestep 3e-7\n"
     ends = thermo("pe ke f_bonds[5]") + "thermo 1\n"
     whole = lmp(start + ends + "run 90\nwrite_evp_bonds whole.bonds\n", 1).ok().thermo()
     parts = lmp(start + ends + 18 * "run 5\n" + "write_evp_bonds parts.bonds\n", 1).ok()
@@ -261,13 +261,13 @@ def test_steps_between_two_updates(lmp, lmp_decks, tmp_path, small, style, gamma
     move = MOVE.replace("all nve", f"all {style}")
 
     def deck(update, newton="on"):
-        words_of_style = flowing_pair(row=FLOWING._replace(gamma=gamma)).replace(" break ", f"{update} break ", 1)
+        words_of_style = flowing_pair(row=FLOWING._replace(gamma=gamma)).replace("isotropic", f"isotropic{update}", 1)
         return head(newton) + words_of_style + SHAKE + move + "run 95\nwrite_restart half.restart\nrun 105\nwrite_evp_bonds end.bonds\n"
 
     runs = lmp_decks({given: deck(f" update {given}" if given else "") for given in (0, default, *others)})
     table = {given: run.thermo() for given, run in runs.items()}
     assert all(np.array_equal(values, table[default][column]) for column, values in table[0].items())
-    assert "updated" not in runs[0].stdout and f"plasticity isotropic, limits updated every {default} steps, bonds" in runs[default].stdout
+    assert "updated" not in runs[0].stdout and f"plasticity isotropic, limits updated every {default} steps, spheres fail by the damage" in runs[default].stdout
     for given in others:
         assert abs(table[given]["c_flow[1]"][-1] / table[default]["c_flow[1]"][-1] - 1.0) > 1e-5, given
         end = read_pairs(runs[given].folder / "end.bonds")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from evp import law
 from flowing import ROW as FLOWING
-from flowing import SHAKE, SPHERE, largest_difference, read_pairs
+from flowing import SHAKE, SPHERE, failing_at, largest_difference, read_pairs
 from lammps_run import REPOSITORY, run_lammps, thermo_blocks, write_data, write_state
 from oracle import metal
 from robust import LEDGER_SHARE
@@ -158,12 +158,13 @@ def test_thousand_clusters(lmp, tmp_path):
     near = np.concatenate([np.array([[k, k + 1], [k, k + 2], [k + 1, k + 2]]) for k in range(0, len(x), 3)])
     gap = np.linalg.norm(x[near[:, 0]] - x[near[:, 1]], axis=1) / (radius[near[:, 0]] + radius[near[:, 1]])
     bonds = {(a + 1, b + 1): d * (radius[a] + radius[b]) for (a, b), d in zip(near.tolist(), gap.tolist()) if d <= 1.15}
-    own = metal.Metal(x, v, radius, mass_of(radius), weak, bonds, 6e-7, None, None, "join", near, failure=0.4, join=1.2).run(200)
+    own = metal.Metal(x, v, radius, mass_of(radius), weak, bonds, 6e-7, None, None, "join", near, join=1.2,
+                      condition=metal.Yield(0.0, 2700.0), fails=metal.Failure((0.4, 0.0, 0.0))).run(200)
     assert min(own.joined, own.ended) > 200 and len(own.inside_pairs()) > 30, "control"
     write_state(tmp_path / "start.dump", x, v, box, np.arange(1, len(x) + 1))
     write_data(tmp_path / "body.data", x, radius, box)
     for newton, ranks, skin in (("on", 1, 4e-4), ("off", 2, 4e-3), ("off", 4, 1e-3)):
-        text = head(newton, skin=skin) + pair(weak, "join 1.2 plasticity isotropic break 0.4", "fix bonds all evp/bonds zone 1.15")
+        text = head(newton, skin=skin) + pair(weak, "join 1.2 plasticity isotropic", "fix bonds all evp/bonds zone 1.15", failing_at(0.4))
         text += "read_dump start.dump 0 x y z vx vy vz box no replace yes\nreset_timestep 0\nfix move all nve\ntimestep 6e-7\nrun 200\n"
         found = events(lmp, tmp_path, ranks, text)
         assert (found.joined, found.ended) == (own.joined, own.ended)
@@ -266,7 +267,7 @@ def test_bodies_join_under_volume_energy(lmp, tmp_path, small):
     """Two bodies through each other, shaken: the volume energy does not jump as their pairs join, end and fail, and all ranks find the same."""
     found, imbalance = [], []
     for newton, ranks, steps in (("on", 1, 400), ("off", 2, 400), ("on", 4, 400), ("on", 1, 800)):
-        text = head(newton, "s s s") + pair(FLOWING._replace(gamma=30.0), "join 1.2 all plasticity isotropic break 0.5", "fix bonds all evp/bonds within type")
+        text = head(newton, "s s s") + pair(FLOWING._replace(gamma=30.0), "join 1.2 all plasticity isotropic", "fix bonds all evp/bonds within type", failing_at(0.5))
         text += f"{SHAKE}fix volume all evp/volume 500\nfix energy all evp/energy\nfix move all nve\ntimestep {8e-5 / steps}\nthermo {steps}\n"
         text += thermo("f_energy f_energy[9] f_bonds[5] f_bonds[6]") + f"run {steps}\nwrite_evp_bonds end.bonds\n"
         table = lmp(text, ranks).ok().thermo()

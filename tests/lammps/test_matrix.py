@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from evp import law
-from flowing import SHAKE, read_pairs
+from flowing import SHAKE, failing_at, read_pairs
 from lammps_run import run_decks, run_lammps
 from small_bodies import SPACING, STIR, check_forces, dump, head, lattice_body, mass_of, record, thermo, words, write_body
 
@@ -46,12 +46,12 @@ FEATURES = {
     "implicit": Feature("f_energy[6] f_bonds[1]", row=words(DAMPED), move="fix move all nve/evp tol 1e-13\n"),
     "own timestep": Feature("Dt f_bonds[2]", more="fix dt all dt/evp 10 0.4 max 3e-7 displacement 0.1\n", columns="dt"),
     "break": Feature("f_energy[11] f_bonds[5]", "contact literal break 0.1", stir=SHAKE),
-    "flow, contacts, break, volume": Feature(
-        "f_energy[9] f_energy[11] f_energy[12] f_bonds[5] f_bonds[3]", "contact repulsive plasticity isotropic break 0.3", FALLING, "zone 1.1",
-        "fix volume all evp/volume 500\n", stir=SHAKE, columns="f_volume f_volume[1]", state="plastic_work plastic_strain volume_strain"),
+    "flow, contacts, failure, volume": Feature(
+        "f_energy[9] f_energy[11] f_energy[12] f_bonds[5] f_bonds[3]", "contact repulsive plasticity isotropic", FALLING + failing_at(0.3), "zone 1.1",
+        "fix volume all evp/volume 500\n", stir=SHAKE, columns="f_volume f_volume[1]", state="plastic_work plastic_strain volume_strain omega damage"),
     "volume": Feature("f_energy[12] f_volume[3]", more="fix volume all evp/volume 2000 300\n", columns="f_volume f_volume[1] f_volume[2] f_volume[3]"),
     "bodies by molecule": Feature("f_bonds[2] f_bonds[3]", record="zone 1.4 within molecule", molecules=True),
-    "bodies that flow": Feature("f_energy[9] f_bonds[3]", "contact repulsive plasticity isotropic break 0.3", words(FLOW), "zone 1.4 within type", stir=SHAKE),
+    "bodies that flow": Feature("f_energy[9] f_bonds[3]", "contact repulsive plasticity isotropic", words(FLOW) + failing_at(0.3), "zone 1.4 within type", stir=SHAKE),
     "scaled row": Feature("f_volume f_energy[6]", row=words(DAMPED) + SCALED, more="fix volume all evp/volume row\n", columns="f_volume"),
     "remap v": Feature("f_energy[13] f_energy[9] Xy", "contact repulsive plasticity isotropic", words(DAMPED),
                        "zone 1.4", "fix volume all evp/volume 500\nfix box all deform 1 xy erate 500 remap v\n", "fix move all nve/evp tol 1e-13\n",
@@ -178,7 +178,7 @@ def test_same_on_every_way(tmp_path, name):
         else:
             assert_same(run, ends, "2 ranks")
     (folder / f"in_run.{HALF}").rename(folder / "in_run.restart")
-    for ranks in ROUTES if name in ("plain", "flow, contacts, break, volume") else (1, 4):
+    for ranks in ROUTES if name in ("plain", "flow, contacts, failure, volume") else (1, 4):
         decks = {choice: way(feature, *choice) for choice in ROUTES[ranks]}
         for choice, run in run_decks(decks, ranks, folder, f"on{ranks}.").items():
             assert_same(run, ends, (ranks, *choice))
@@ -208,7 +208,7 @@ BOXES = {
 }
 
 
-@pytest.mark.parametrize("name", ["flow, contacts, break, volume", "bodies by molecule"])
+@pytest.mark.parametrize("name", ["flow, contacts, failure, volume", "bodies by molecule"])
 def test_same_in_every_box(tmp_path, name):
     """4 ranks against one; a fix that moves atoms stands after fix evp/bonds."""
     decks, bodies = {1: {}, 4: {}}, {}

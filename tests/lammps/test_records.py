@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from evp import law
 from flowing import MOVE as MOVE_FLOWING
-from flowing import SPHERE, flowing_pair, read_pairs
+from flowing import SPHERE, failing_at, flowing_pair, read_pairs
 from hostile import refused
 from lammps_run import REFERENCE, write_data
 from library import SHOWN, run_program
@@ -191,7 +191,7 @@ def test_values_of_spheres_by_name(lmp, tmp_path, ranks):
     text = "# EVP bonds COUNT: 1 SPHERES: 1 COLUMNS: recorded,torn,plastic_strain UNITS: si\n1 2 0.0101\nsphere 2 3 1 0.25\n"
     (tmp_path / "named.bonds").write_text(text, encoding="utf-8")
     write_data(tmp_path / "two.data", [[0, 0, 0], [0.0101, 0, 0]], [0.005] * 2, [[-0.01, 0.06]] * 3)
-    flows = flowing_pair(kv=0, fix="fix bonds all evp/bonds file named.bonds")
+    flows = flowing_pair(fails=None, kv=0, fix="fix bonds all evp/bonds file named.bonds")
     lmp(head(start="read_data two.data") + flows + "run 0\nwrite_evp_bonds again.bonds\n", ranks).ok()
     again = read_pairs(tmp_path / "again.bonds")
     assert again.columns == tuple(SPHERE[:5]) and again.spheres == {2: (0.25, 0.0, 0.0, 1.0, 3.0)}
@@ -347,11 +347,11 @@ def test_records_of_deleted_partners_go(lmp, tmp_path, bar, style, more):
         assert len(read_pairs(tmp_path / "cut.bonds").bonds) == len(bar.bonds) - partners, (ranks, how)
 
 
-@pytest.mark.parametrize("broken", ["contact none break 0.05", "contact repulsive plasticity isotropic break 0.05"])
-def test_why_bonds_ended(lmp, tmp_path, bar, broken):
+@pytest.mark.parametrize("style, fails", [("contact none break 0.05", None), ("contact repulsive plasticity isotropic", 0.05)])
+def test_why_bonds_ended(lmp, tmp_path, bar, style, fails):
     """f_ID[7] failed and f_ID[8] passed dlim, together f_ID[5], as the events say: the same on all ranks, after a restart and with a bond file. With eq. 8
     short bonds break and long ones pass dlim first."""
-    style, columns = f"pair_style evp/lj {broken} overlap 0.7\npair_coeff * * 80 8 4 3 8 4 0.005 0 1.5\n", thermo("f_bonds[5] f_bonds[7] f_bonds[8]")
+    style, columns = f"pair_style evp/lj {style} overlap 0.7\npair_coeff * * 80 8 4 3 8 4 0.005 0 1.5{failing_at(fails)}\n", thermo("f_bonds[5] f_bonds[7] f_bonds[8]")
     go = "fix move all nve\ntimestep 3e-7\nrun {}\n"
     text = style + "fix bonds all evp/bonds events {}.events\n" + FLOWING_SWING + columns
     found = set()
@@ -403,10 +403,10 @@ def test_runs_resume_to_the_last_bit(lmp, lmp_decks, tmp_path, bar, name, ranks)
 EVENTS = "fix bonds all evp/bonds events all.events\n"
 
 
-@pytest.mark.parametrize("broken", ["contact none break 0.05", "contact repulsive plasticity isotropic break 0.05"])
-def test_events_of_runs_that_go_on(lmp, tmp_path, bar, broken):
+@pytest.mark.parametrize("style, fails", [("contact none break 0.05", None), ("contact repulsive plasticity isotropic", 0.05)])
+def test_events_of_runs_that_go_on(lmp, tmp_path, bar, style, fails):
     """After a restart the file goes on where the restart file was written, though the run before went further; a run that starts begins it anew, from a bond file too."""
-    file, style = tmp_path / "all.events", f"pair_style evp/lj {broken} overlap 0.7\npair_coeff * * 80 8 4 3 8 4 0.005 0 1.5\n"
+    file, style = tmp_path / "all.events", f"pair_style evp/lj {style} overlap 0.7\npair_coeff * * 80 8 4 3 8 4 0.005 0 1.5{failing_at(fails)}\n"
     move = "fix move all nve\ntimestep 3e-7\n"
     for ranks, newton in ((1, "on"), (2, "off"), (3, "on")):
         start = head(newton, sort="sort 0 0") + style + EVENTS + FLOWING_SWING + move

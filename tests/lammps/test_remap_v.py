@@ -7,6 +7,7 @@ import itertools
 import numpy as np
 import pytest
 from evp import law
+from flowing import failing_at
 from lammps_run import write_data
 from small_bodies import energies, head, lattice_body, mass_of, pair, thermo, velocities, words, write_body
 
@@ -87,7 +88,7 @@ SCENES = {  # arguments of deck(), an entry that must count
     "at rest": ({"motion": ""}, "second"),
     "stretched": ({"box": f"1 x erate {RATE} y erate {-RATE}", "field": "stretch"}, "second"),
     "flow": ({"contact": "repulsive plasticity isotropic", "table": " flow 0 1"}, "plastic"),  # limits that grow would leave an error of first order
-    "breaking": ({"contact": "none plasticity isotropic break 0.003"}, "ended"),
+    "breaking": ({"contact": "none plasticity isotropic", "table": failing_at(0.003)}, "plastic"),
     "volume": ({"more": "fix volume all evp/volume 1000\n"}, "volume"),
     "gravity": ({"more": "fix pull all gravity 1e6 vector 1 2 3\n"}, "others"),
     "movers": ({"move": MOVERS}, "movers"),

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Robustness of plasticity, of bonds that break and of the volume energy; see robust.py."""
+"""Robustness of plasticity, of bonds that fail and of the volume energy; see robust.py."""
 
 import numpy as np
 import pytest
-from flowing import MOVE, SHAKE, assert_flowed, flowing_pair, largest_difference, lead, read_pairs
+from flowing import MOVE, SHAKE, assert_flowed, failing_at, flowing_pair, largest_difference, lead, read_pairs
 from robust import DEQ, LEDGER_SHARE, MOMENTUM, RADIUS, TABLE1, momenta_changed
 from small_bodies import dump, head, lattice_body, mass_of, thermo, two_groups, velocities, words, write_body, write_two
 
@@ -12,10 +12,10 @@ ROUND_OFF = 1e-9
 TOUCHING = 2.0 * RADIUS
 
 
-def two(bench, style, way, gap=DEQ, fix="fix bonds all evp/bonds", steps=100, more=""):
+def two(bench, style, way, gap=DEQ, fix="fix bonds all evp/bonds", steps=100, more="", row=""):
     """Distances, forces and more columns of each step of two spheres, of which the second is led along x: F > 0 pushes them apart."""
     write_two(bench.folder / "body.data", gap)
-    text = head(skin=0.002) + f"pair_style evp/lj {style}\npair_coeff * * {words(TABLE1)}\n{fix}\n" + two_groups(0.0, 0.0)
+    text = head(skin=0.002) + f"pair_style evp/lj {style}\npair_coeff * * {words(TABLE1)}{row}\n{fix}\n" + two_groups(0.0, 0.0)
     text += f"timestep 1e-6\nrun 0\nfix lead two move {way}\nfix hold one move linear 0 0 0\n"
     text += "compute f two reduce sum fx\nvariable d equal x[2]-x[1]\nthermo 1\n" + thermo(f"v_d c_f {more}") + f"run {steps}\n"
     table = bench.run(text).ok().thermo()
@@ -57,18 +57,21 @@ def test_contact_pushed_and_parted(bench):
     bench.show("; ".join(shown))
 
 
-@pytest.mark.parametrize("plasticity, breaks, never", [("none", 0.1, 0.5), ("isotropic", 0.3, 3.0)])
-def test_bond_torn_and_pushed_together(bench, plasticity, breaks, never):
-    """A bond stretched beyond XI, or with plasticity stretched when p has reached XI, is broken for good: no force until the spheres touch, then the repulsion
-    of a new contact. Control: with a larger XI it stays a bond."""
-    way = f"wiggle {0.25 * DEQ} 0 0 2e-4"
-    d, force = two(bench, f"contact repulsive plasticity {plasticity} break {breaks}", way, steps=200)
-    torn = int(np.argmax(d > 1.1 * DEQ if plasticity == "none" else lead(d, DEQ, TABLE1, first=0).p >= breaks))
+@pytest.mark.parametrize("plasticity, at, never", [("none", 0.1, 0.5), ("isotropic", 0.3, 3.0)])
+def test_bond_torn_and_pushed_together(bench, plasticity, at, never):
+    """A bond stretched beyond XI, or with plasticity an update after p has reached that of damage, is broken for good: no force until the spheres touch, then the
+    repulsion of a new contact. Control: with a larger XI it stays a bond."""
+    def swung(strain):
+        rule, row = (f"break {strain}", "") if plasticity == "none" else ("", failing_at(strain))
+        return two(bench, f"contact repulsive plasticity {plasticity} {rule}", f"wiggle {0.25 * DEQ} 0 0 2e-4", steps=200, row=row)
+
+    d, force = swung(at)
+    torn = int(np.argmax(d > 1.1 * DEQ) if plasticity == "none" else np.argmax(lead(d, DEQ, TABLE1, first=0).p >= at) + 10)
     assert 10 < torn < 50 and force[torn - 1] < 0.0
     apart, touching = d[torn:] > TOUCHING, d[torn:] < TOUCHING
     assert np.all(force[torn:][apart] == 0.0) and apart.sum() > 50
     assert np.all(force[torn:][touching] > -ROUND_OFF * FORCE) and force[torn:][touching].max() > 0.9 * FORCE and touching.sum() > 30
-    kept, again = two(bench, f"contact repulsive plasticity {plasticity} break {never}", way, steps=200)
+    kept, again = swung(never)
     assert np.any(again[torn:][kept[torn:] > TOUCHING] < -0.5 * FORCE)
     bench.show(f"no force over {apart.sum()} steps, {force[torn:].max() / FORCE:.1f} of the force at xi_s where they touch")
 

@@ -234,8 +234,8 @@ def test_counts_are_those_of_the_atoms_as_they_are(lmp, box):
     """As a run of no steps finds them, which places all ghosts anew."""
     text = head(boundary="p p p", skin=0.0005, start=f"lattice fcc 0.01\nregion cube {REGIONS[box.split()[0]]}\ncreate_box 1 cube\ncreate_atoms 1 box\n"
                 "displace_atoms all random 2e-4 2e-4 2e-4 77\nset group all diameter 0.00707\nset group all density 2700") + f"""
-pair_style evp/lj contact repulsive plasticity isotropic break 0.05
-pair_coeff * * 80 8 4 3 8 4 0.005 100 1.5
+pair_style evp/lj contact repulsive plasticity isotropic
+pair_coeff * * 80 8 4 3 8 4 0.005 100 1.5 density 2700 damage 0.05 0 0 0 0 rupture 0
 fix bonds all evp/bonds zone 1.2
 fix box all {box}
 fix move all nve/evp

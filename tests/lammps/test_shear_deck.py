@@ -145,7 +145,7 @@ def test_flip_changes_nothing(packed, tmp_path):
 
 
 def test_broken_bonds_and_columns_of_the_state(packed, tmp_path):
-    _, found = run(packed, tmp_path, coeff="80 8 4 3 8 4 0.005 100 1.5 kv 300", **{**FAST, "break": 0.05, "strain": 0.2})
+    _, found = run(packed, tmp_path, coeff="80 8 4 3 8 4 0.005 100 1.5 kv 300 density 2700 damage 0.05 0 0 0 0 rupture 0", **{**FAST, "strain": 0.2})
     assert read_csv(tmp_path / "run.csv")["failed"][-1] > 100 and len(found.stdout.splitlines()) <= 100
     state = read_dump(tmp_path / "run_state.dump")[-1]
     names = ["bonds", "share_second", "share_lost", "new_pairs", "plastic_work", "plastic_strain", "volume_strain"]

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from evp import law
-from flowing import read_pairs
+from flowing import failing_at, read_pairs
 from small_bodies import dump, head, lattice_body, pair, thermo, velocities, write_body
 
 FLOWS = law.TABLE1._replace(xi_s=0.004)
@@ -13,10 +13,10 @@ VOLUME = "fix volume all evp/volume 500\n"
 # to and fro, so that pairs come, join and part within some hundred steps
 SHAKE = velocities("200*(x-0.04)+70*sin(5.1*id)", "70*cos(7.3*id)", "-200*(z-0.02)+70*sin(2.7*id)")
 COLUMNS = thermo("pe f_volume f_volume[3] f_bonds[5] f_bonds[6]") + "thermo 1\n"
-SCENES = {"two bodies that join": ("join 1.2 all plasticity isotropic", "fix bonds all evp/bonds within type", ""),
-          "surfaces of one that join": ("join 1.2 plasticity isotropic", "fix bonds all evp/bonds zone 1.1", ""),
-          "a crack that joins": ("join 1.2 plasticity isotropic break 0.02", "fix bonds all evp/bonds zone 1.1", ""),
-          "torn open": ("repulsive plasticity isotropic", "fix bonds all evp/bonds zone 1.1", "4000*(x-0.02)")}
+SCENES = {"two bodies that join": ("join 1.2 all plasticity isotropic", "fix bonds all evp/bonds within type", None, ""),
+          "surfaces of one that join": ("join 1.2 plasticity isotropic", "fix bonds all evp/bonds zone 1.1", None, ""),
+          "a crack that joins": ("join 1.2 plasticity isotropic", "fix bonds all evp/bonds zone 1.1", 0.02, ""),
+          "torn open": ("repulsive plasticity isotropic", "fix bonds all evp/bonds zone 1.1", None, "4000*(x-0.02)")}
 
 
 @pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (3, "on")])
@@ -24,11 +24,11 @@ SCENES = {"two bodies that join": ("join 1.2 all plasticity isotropic", "fix bon
 def test_a_run_is_the_same_cut_in_two(lmp, tmp_path, scene, ranks, newton):
     """In a step in which bonds begin or end: the set-up after it finds the same forces, strains and energies as that step, and the run goes on to the same end,
     also from a restart file and from a bond file's. gamma is 0."""
-    contact, bonds, pull = SCENES[scene]
+    contact, bonds, fails, pull = SCENES[scene]
     body = lattice_body((4, 3, 3))
     write_body(tmp_path / "body.data", body)
     steps = 150
-    style = pair(FLOWS, contact, bonds) + VOLUME
+    style = pair(FLOWS, contact, bonds, failing_at(fails)) + VOLUME
     move = "fix move all nve\ntimestep 4e-7\n" + COLUMNS
     start = head(newton, "s s s", skin=0.002) + style + SHAKE + (velocities(f"vx+{pull}", "vy", "vz") if pull else "")
     frames = dump("{}.dump", 1, "x y z fx fy fz f_volume")
@@ -53,12 +53,12 @@ def test_a_run_is_the_same_cut_in_two(lmp, tmp_path, scene, ranks, newton):
     assert scene != "torn open" or 0 < beyond < opens < steps, "control: beyond cavitation"
 
 
-@pytest.mark.parametrize("contact", ["repulsive break 0.02", "none break 0.02", "repulsive plasticity isotropic break 0.02"])
-def test_debris_that_is_read_back(lmp, tmp_path, contact):
+@pytest.mark.parametrize("contact, fails", [("repulsive break 0.02", None), ("none break 0.02", None), ("repulsive plasticity isotropic", 0.02)])
+def test_debris_that_is_read_back(lmp, tmp_path, contact, fails):
     """A sphere that has lost all its bonds is pressed into the body: a bond file and a restart file give the forces of the end of the run."""
     body = lattice_body((2, 2, 2))
     write_body(tmp_path / "body.data", body)
-    style, move = pair(FLOWS, contact) + VOLUME, "fix move all nve/noforce\ntimestep 1e-9\n"
+    style, move = pair(FLOWS, contact, more=failing_at(fails)) + VOLUME, "fix move all nve/noforce\ntimestep 1e-9\n"
     table = thermo("pe f_volume fmax")
     text = head(skin=0.004) + style + move + "run 0\nset atom 8 x 0.036\nrun 10\n" + f"set atom 8 x {body.x[7, 0] - 0.003:.17g}\nrun 10\n" + table
     text += "write_restart end.restart\nwrite_data end.data nocoeff\nwrite_evp_bonds end.bonds\nrun 0\n"

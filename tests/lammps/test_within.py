@@ -24,7 +24,7 @@ def two(path, gap=APART):
 
 BOUNCES = {
     "eq. 8": ("", 0.0, "nve"),
-    "plastic, break": ("plasticity isotropic break 0.05", 0.0, "nve"),
+    "plastic": ("plasticity isotropic", 0.0, "nve"),
     "damped, plastic": ("plasticity isotropic", 20.0, "nve"),
     "damped by nve/evp": ("", 200.0, "nve/evp"),
 }

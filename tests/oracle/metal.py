@@ -10,8 +10,7 @@ The law of pairs is that of tools/evp/law.py. Order of a step, after the drift:
    over half a step of the force that is lost; the |ln| of bonds waits for the next update.
 2. Forces, with deq of the step before, clamped; nothing is changed.
 3. deq moves; half of each D is plastic work of each sphere; |ln| of bonds waits; bonds end. A bond past dlim flows to
-   d = dlim. One that is longer than deq ends where (p_i + p_j)/2 >= XI, and flows to d. Both lose their Psi of there
-   and carry no force in that step. What is left only repels: below R_i + R_j, or the smaller of d and R_i + R_j.
+   d = dlim. One of a sphere that has parted ends, and flows to d. Both lose their Psi of there and carry no force in that step. What is left only repels: below R_i + R_j, or the smaller of d and R_i + R_j.
    With contact join a pair without a bond becomes one with deq = d where d is at most BETA (R_i + R_j), once it has been
    beyond APART times that; what it stored as a contact is lost.
 
@@ -43,7 +42,7 @@ class Pairwise(NamedTuple):
     force: np.ndarray  # of eq. 1 behind the clamp [force], positive repels; zero of pairs that do nothing or end
     damping: np.ndarray  # of eq. 4, along unit [force]
     past: np.ndarray  # bonds past dlim
-    fails: np.ndarray  # bonds whose spheres have reached the failure strain
+    fails: np.ndarray  # bonds of spheres that have parted
 
 
 class Yield(NamedTuple):
@@ -106,14 +105,14 @@ class Metal:
     rows: one law.Row, or {(type_i, type_j): Row}; flows: one table p0 Y0 p1 Y1 ... or None, or {type: table or None};
     types (N,) int, default 1; Limits are by the rows and tables of a sphere's own type.
     bonds: {(id_i, id_j): deq}; contact: none, repulsive or join; join: BETA; near (P,2): 0-based pairs that may meet, default all others.
-    every: of the updates of p; failure: XI of `break`, None without; prescribed (N,) bool: spheres that keep their v.
+    every: of the updates of p; prescribed (N,) bool: spheres that keep their v.
 
     Per pair: i, j (0-based), bonded, deq, touching = R_i + R_j. Per sphere: p, slip (what waits), work, count, y.
     Energies [energy]: kinetic(), stored(), dissipated, lost, viscous, work_done (by prescribed spheres); ended: bonds.
     """
 
     def __init__(self, x, v, radius, mass, rows, bonds, dt, flows=None, types=None, contact="none", near=None, every=10,
-                 failure=None, prescribed=None, p=0.0, join=1.2, condition=None, volume_energy=None, fails=None):
+                 prescribed=None, p=0.0, join=1.2, condition=None, volume_energy=None, fails=None):
         if contact not in ("none", "repulsive", "join"):
             raise ValueError(f"contact {contact} has no plasticity")
         self.x, self.v = np.array(x, dtype=float), np.array(v, dtype=float)
@@ -121,7 +120,7 @@ class Metal:
         self.radius, self.mass = np.broadcast_to(radius, n), np.broadcast_to(np.asarray(mass, dtype=float), n)
         self.types = np.ones(n, dtype=int) if types is None else np.asarray(types)
         self.prescribed = np.zeros(n, dtype=bool) if prescribed is None else np.asarray(prescribed)
-        self.dt, self.every, self.failure, self.contact = dt, every, failure, contact
+        self.dt, self.every, self.contact = dt, every, contact
         known = {(min(a, b) - 1, max(a, b) - 1): deq for (a, b), deq in bonds.items()}
         others = []
         if contact != "none" or volume_energy:
@@ -255,9 +254,6 @@ class Metal:
         unit = r / d[:, None]
         flowed = self._flow(d, self.deq, self._of_pair(self.y))
         past, fails = self.bonded & (d > self.dlim), np.zeros(len(d), dtype=bool)
-        if self.failure is not None:
-            reached = 0.5 * (self.p[self.i] + self.p[self.j]) >= self.failure
-            fails = self.bonded & ~past & (d > self.deq) & reached
         if self.fails:
             parted = self.damage >= 1.0
             fails |= self.bonded & ~past & (parted[self.i] | parted[self.j])

@@ -250,14 +250,15 @@ PLACES = CUBE + np.random.default_rng(3).uniform(-0.05, 0.05, CUBE.shape)
 RADII = 0.5 * (1.0 + np.random.default_rng(4).uniform(-0.1, 0.1, len(CUBE)))
 
 
-def body(dt, speed=0.05, gamma=0.0, gripped=False, **choices):
+def body(dt, speed=0.05, gamma=0.0, gripped=False, fails_at=None, **choices):
     """27 spheres of mass 1 in motion that pulls them apart along x; gripped: the two ends by constant velocities."""
     v = speed * ((PLACES - 1.0) * [1.0, -0.5, -0.5] + 0.5 * np.random.default_rng(5).standard_normal(PLACES.shape))
     ends = (CUBE[:, 0] != 1.0) & gripped
     v[ends] = speed * (CUBE[ends] - 1.0) * [1.0, 0.0, 0.0]
     row = law.Row(1.0, 8.0, 4.0, 0.03, 8.0, 4.0, 0.005, gamma, 1.5)
     bonds = brute.record_bonds(PLACES, RADII, 1.5)
-    return metal.Metal(PLACES, v, RADII, 1.0, row, bonds, dt, prescribed=ends, **choices)
+    fails = {"condition": metal.Yield(0.0, 1.0), "fails": metal.Failure((fails_at, 0.0, 0.0))} if fails_at else {}
+    return metal.Metal(PLACES, v, RADII, 1.0, row, bonds, dt, prescribed=ends, **fails, **choices)
 
 
 def imbalance(dt, time, **choices):
@@ -272,7 +273,7 @@ def imbalance(dt, time, **choices):
 @pytest.mark.parametrize("order, most, choices", [
     (2, 1e-4, {"flows": [0, 1], "gamma": 0.3}), (2, 1e-4, {"flows": [0, 1], "gripped": True, "speed": 0.01}),
     (1, 2e-4, {"gripped": True, "gamma": 0.3}), (1, 2e-3, {"flows": [0, 1, 0.02, 0.6, 0.1, 0.5]}),
-    (1, 1e-3, {"gamma": 0.2, "contact": "repulsive", "failure": 0.05, "speed": 0.1})])
+    (1, 1e-3, {"gamma": 0.2, "contact": "repulsive", "fails_at": 0.05, "speed": 0.1})])
 def test_energies_of_a_small_body_close(order, most, choices):
     """In proportion to dt^2 with constant limits; to dt with limits that move and bonds that end."""
     (coarse, _), (fine, run) = (imbalance(dt, 2.0, **choices) for dt in (0.01, 0.0025))
@@ -285,7 +286,7 @@ def test_energies_of_a_small_body_close(order, most, choices):
 
 def test_set_up_and_updates_of_a_reference_run():
     """An evaluation changes nothing; p moves at steps divisible by 10 alone, by the bonds of the update before."""
-    run = body(0.01, speed=0.2, failure=0.03, contact="repulsive")
+    run = body(0.01, speed=0.2, fails_at=0.03, contact="repulsive")
     for _ in range(60):
         before, p, waits, bonds = run.records(), run.p.copy(), run.slip.copy(), run.count.copy()
         run.evaluate()
