@@ -13,16 +13,16 @@ from types import SimpleNamespace
 
 import bench
 import closed_form_loads
+import failure
 import gallery
 import limits
 import matplotlib.image
-import notched_tension
 import numpy as np
 import pytest
 import time_order
 import what_to_believe
 from evp import curves, specimen
-from lammps_run import DECKS, REPOSITORY, packed, read_csv, read_dump, run_lammps
+from lammps_run import DECKS, REPOSITORY, packed, read_dump, run_lammps
 from study import Runs
 
 DOC = REPOSITORY / "doc"
@@ -161,13 +161,13 @@ NET = 1e-4  # cross-section between the notches [m2]
 VOLUME = 2e-4 * 0.05 - 2 * (0.002 * 0.004 + np.pi * 0.001**2 / 2) * 0.01  # without two slots with round ends [m3]
 
 
-bar = packed("notched.data", **{**notched_tension.BAR, "n": 2000})
+bar = packed("notched.data", n=2000, **failure.NOTCHED)
 
 
 def test_measures_are_those_of_the_drawing(bar):
     lines = dict(re.findall(r"^variable (\w+) equal (\S+)", (bar.parent / "notched.data.body").read_text(encoding="utf-8"), re.M))
     assert float(lines["length"]) == 0.05 and float(lines["area"]) == pytest.approx(NET, rel=0.01)
-    assert float(lines["volume"]) == pytest.approx(VOLUME, rel=0.003) == notched_tension.VOLUME
+    assert float(lines["volume"]) == pytest.approx(VOLUME, rel=0.003)
     assert float(lines["solid_fraction"]) == pytest.approx(0.60, abs=0.015)
     body = specimen.read_data(bar)
     assert not ((np.abs(body.x[:, 0] - 0.025) < 0.001) & (np.abs(body.x[:, 1]) > 0.0055)).any(), "in a slot"
@@ -175,12 +175,13 @@ def test_measures_are_those_of_the_drawing(bar):
 
 def test_it_breaks_at_the_notches(bar, tmp_path):
     """It parts, and what has flowed most and the atoms that lost bonds are near mid-length; stress is that of the net section."""
-    choices = {**notched_tension.PULL, "specimen": bar, "strain": 0.03, "break": 0.05, "out": "pull"}
-    found = run_lammps("in.traction", 1, choices, tmp_path).ok()
+    row = "80 8 4 3 8 4 0.005 20 1.5 spacing 0.00585189 coordination 11.9 density 2700 damage 0.05 0 0 0 0 rupture 0"
+    choices = {"specimen": bar, "coeff": row, "contact": "repulsive", "plasticity": "isotropic", "rate": 100, "strain": 0.03, "row": 0.00025, "dtfraction": 0.8}
+    found = run_lammps("in.traction", 1, {**choices, "out": "pull"}, tmp_path).ok()
     assert float(re.search(r"cross-section (\S+) m2", found.stdout)[1]) == pytest.approx(NET, rel=0.01)
     curve = curves.read_curve(tmp_path / "pull.csv")
-    read = notched_tension.rupture_of(curve, int(read_csv(tmp_path / "pull.csv")["failed"][-1]))
-    assert 150.0 < read.peak < 230.0 and 0.005 < read.at < read.strain < 0.025 and 20.0 < read.work < 150.0
+    read = failure.parted("pull", curve.strain, curve.grip * NET, failure.FREE)
+    assert 150e6 < read.force / NET < 230e6 and 0.005 < read.at < read.strain < 0.025 and 20e3 < read.work / NET < 150e3
     state = read_dump(tmp_path / "pull_state.dump")[-1]
     before = specimen.read_data(bar).x[:, 0]
     lost = state["share_lost"] > 0.0

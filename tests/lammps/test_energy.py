@@ -11,7 +11,7 @@ from flowing import failing_at
 from lammps_run import thermo_blocks
 from evp.law import flow_bond, flow_contact
 from oracle import brute, law
-from small_bodies import ENTRIES, dump, energies, head, mass_of, pair, thermo, two_groups, velocities, words, write_two
+from small_bodies import ENTRIES, dump, energies, head, mass_of, pair, thermo, two_groups, velocities, write_two
 from small_bodies import STIR as STRETCH
 
 # Sums over some hundred atoms and steps of terms that are rounded to 1e-16 and cancel.

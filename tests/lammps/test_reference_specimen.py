@@ -12,6 +12,7 @@ import shutil
 import numpy as np
 import pytest
 from evp import curves, specimen
+from flowing import failing_at
 from lammps_run import REFERENCE, edited_deck, line_at, read_csv, run_lammps, slope
 
 PUBLISHED = json.loads(REFERENCE.with_suffix(".json").read_text())
@@ -48,8 +49,8 @@ def assert_stresses(curve, published, tolerance=0.01):
 @pytest.mark.parametrize("deck, choices", [("in.traction", {"rate": 100}), ("in.cyclic", {"rate": 100}), ("in.quasistatic", {"increment": 0.002})])
 def test_bonds_that_fail_and_bonds_that_pass_dlim(tmp_path, deck, choices):
     """Are told apart: without *break* or *damage* none fails, and some are pulled beyond dlim, which with eq. 8 have not ended."""
-    ends = {}
-    for name, law in {"flow": {"plasticity": "isotropic"}, "fails": {"plasticity": "isotropic", "coeff": TABLE1 + " density 2700 damage 0.005 0 0 0 0 rupture 0"}, "eq. 8": {"break": 0.01}, "never": {}}.items():
+    ends, metal = {}, {"plasticity": "isotropic"}
+    for name, law in {"flow": metal, "fails": {**metal, "coeff": TABLE1 + failing_at(0.005)}, "eq. 8": {"break": 0.01}, "never": {}}.items():
         _, curve = pull(deck, tmp_path, **{"coeff": TABLE1, "contact": "repulsive", "strain": 0.02, **choices, **law})
         assert list(curve)[-2:] == ["failed", "ended_at_dlim"] and np.all(np.diff(curve["failed"]) >= 0) and np.all(np.diff(curve["ended_at_dlim"]) >= 0)
         ends[name] = curve["failed"][-1], curve["ended_at_dlim"][-1]

@@ -74,8 +74,6 @@ FAULTS = {
                           "lammps/volume/volume_forces.h", "return batch(i) == batch(j) ? BOTH", "return true ? BOTH"),
     "NEVER_OPEN": Fault("what is torn by flow heals", ["torn by flow and closed"],
                         "lammps/volume/volume_forces.cpp", "own.strain > law.cavitation && kv_of(i) > 0.0 ? OPENS", "false ? OPENS"),
-    "NO_STRETCH_MARGIN": Fault("a bond at rest is stretched by its round-off", ["failed metal at rest", "rigid block across failed metal"],
-                               "core/pairs/pairs.h", "STRETCH_MARGIN = 1.0e-9", "STRETCH_MARGIN = 0.0"),
     "EACH_FOR_ITSELF": Fault("both owners of a pair decide by distances of their own whether it begins or ends", ["join at the very distance"],
                              "core/pairs/pairs.h", "bool has(int j) const { return !empty() && j >= nlocal; }", "bool has(int) const { return false; }"),
     "FRICTION_MOVES_ON": Fault("what slipping pairs remember moves on twice in a step where their heat is found", ["spheres that rub"],

@@ -10,7 +10,8 @@ The law of pairs is that of tools/evp/law.py. Order of a step, after the drift:
    over half a step of the force that is lost; the |ln| of bonds waits for the next update.
 2. Forces, with deq of the step before, clamped; nothing is changed.
 3. deq moves; half of each D is plastic work of each sphere; |ln| of bonds waits; bonds end. A bond past dlim flows to
-   d = dlim. One of a sphere that has parted ends, and flows to d. Both lose their Psi of there and carry no force in that step. What is left only repels: below R_i + R_j, or the smaller of d and R_i + R_j.
+   d = dlim. One of a sphere that has parted ends, and flows to d. Both lose their Psi of there and carry no force in that
+   step. What is left only repels: below R_i + R_j, or the smaller of d and R_i + R_j.
    With contact join a pair without a bond becomes one with deq = d where d is at most BETA (R_i + R_j), once it has been
    beyond APART times that; what it stored as a contact is lost.
 
