@@ -161,7 +161,7 @@ set group all diameter 0.00707 density 3650
 """
     for newton in ("on", "off"):
         text = head(newton, "p f f", bar, skin=0.0005)
-        text += f"pair_style evp/lj contact join 1.2 plasticity isotropic\npair_coeff * * 365 8 4 30 8 4 0.002 0 1.5 flow 0 1 0.1 1.5{failing_at(0.35)}\nfix bonds all evp/bonds\n" + KV
+        text += f"pair_style evp/lj contact join 1.2 plasticity isotropic\npair_coeff * * 365 8 4 30 8 4 0.002 0 1.5 flow 0 1 0.1 1.5{failing_at(0.5)}\nfix bonds all evp/bonds\n" + KV
         text += "displace_atoms all random 2e-4 2e-4 2e-4 777 units box\nregion high block INF INF 0.0075 INF INF INF units box\ngroup high region high\n"
         text += "group low subtract all high\nfix m1 high move wiggle 0.0093 0.0013 0.0021 1.6e-3 units box\nfix m2 low nve/noforce\ntimestep 4e-7\n"
         tables.append(bench.run(text + ledger(200, more="f_bonds[5] f_bonds[6] f_bonds[3]") + "run 3000\n").ok().thermo())

@@ -204,7 +204,7 @@ class Metal:
         """omega by the mean stress and the mean growth of p around each sphere."""
         with np.errstate(divide="ignore", invalid="ignore"):
             self.triaxiality = np.where(self.mean_stress > 0.0, mean / self.mean_stress, self.triaxiality)
-            moved = np.where((growth > 0.0) & (self.triaxiality > -1.0 / 3.0), growth / self.fails.strain(self.triaxiality), 0.0)
+            moved = np.where((growth > 0.0) & (self.triaxiality > -1.0 / 3.0 + 1e-9), growth / self.fails.strain(self.triaxiality), 0.0)
             grows, sound = self.omega + moved, self.omega < 1.0
             begins = sound & (grows >= 1.0)
             self.opening = np.where(begins, 3.2 * self.radius * self.growth * np.where(np.isfinite(moved), (grows - 1.0) / moved, 1.0), self.opening)
