@@ -160,9 +160,8 @@ TEST(PairRules, SayWherePairsAreAtRestAndHowFarTheyAct)
       EXPECT_EQ(rules.of_ended(SUM, d).cutoff, contact == Contact::NONE ? 0.0 : rest);
     }
     EXPECT_TRUE(rules.has_history());
-    rules = {contact, 0.3, true, 0.1};
+    rules = {contact, 0.3, true};
     EXPECT_TRUE(rules.has_history());
-    EXPECT_EQ(rules.of_bond(DEQ, DLIM).cutoff, DLIM) << "a failure strain of spheres";
     // it is like any other once it has been beyond R_i + R_j
     EXPECT_EQ(rules.of_ended(SUM, 1.5).deq, 1.5);
     EXPECT_EQ(rules.of_ended(SUM, 1.5).cutoff, contact == Contact::NONE ? 0.0 : SUM);
