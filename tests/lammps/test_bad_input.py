@@ -11,7 +11,7 @@ import struct
 import numpy as np
 import pytest
 from hostile import BONDS, PARTS, PLANE, ROW, refused, scene
-from lammps_run import DECKS, run_lammps, write_data
+from lammps_run import DECKS, REFERENCE, run_lammps, write_data
 from library import run_program
 
 NUMBER = "must be a finite decimal number, got"
@@ -386,6 +386,12 @@ OF_DECKS = {
 def test_a_choice_that_means_nothing(tmp_path, deck):
     for name, value, rule in OF_DECKS[deck]:
         refused(run_lammps(deck, 1, {name: value}, tmp_path), f"ERROR: {deck}: -var {name} {rule}", f", got '{value}'")
+
+
+def test_metal_does_not_break(tmp_path):
+    """What a deck says is what the pair style says."""
+    choices = {"specimen": REFERENCE, "plasticity": "isotropic", "contact": "repulsive", "break": 0.05}
+    refused(run_lammps("in.traction", 1, choices, tmp_path), "'break 0.05' is for 'plasticity none'", "add 'damage 0.05 0 0 0 0 rupture 0' to the row (pair_coeff), with 'density'")
 
 
 def test_material_or_coefficients(tmp_path):
