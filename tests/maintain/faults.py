@@ -62,7 +62,7 @@ FAULTS = {
                        "lammps/pairs/pair_list_builder.cpp", "dlim = row.alpha", "dlim = 1.1 * row.alpha"),
     "NONZERO_AT_DLIM": Fault("energy not zero at dlim", ["all pairs at dlim"],
                              "core/pairs/pair_block.cpp", "there = at_cutoff.elastic[k] + at_cutoff.second[k]", "there = 0.5 * (at_cutoff.elastic[k] + at_cutoff.second[k])"),
-    "JOIN_AT_TOUCH": Fault("a bond that begins rests at R_i + R_j", ["torn and pressed ten times", "head on with join"],
+    "JOIN_AT_TOUCH": Fault("a bond that begins rests at R_i + R_j", ["torn and pressed ten times", "head on with join", "rigid block across metal that fails"],
                            "lammps/pairs/pair_histories.cpp", "bonds.set(bonds.size(), contact.j, d, dlim, law)", "bonds.set(bonds.size(), contact.j, contact.cut, dlim, law)"),
     "INSIDE_JOINS": Fault("pairs that are inside when first looked at join", ["nested seam"],
                           "lammps/pairs/pair_list_builder.cpp", "looks_first ? dsq <= inside * inside * sum_radii * sum_radii", "looks_first ? false"),
