@@ -398,16 +398,15 @@ struct PairLists {
     return bonds || contact_limits.empty() ? limits : contact_limits;
   }
 
-  /// How far a bond of particle i holds, by the limit of its partner; own: that of its law, which goes before, or 0.
-  double limit_of(double own, int i, double of_partner) const
+  /// How far a pair holds: by the limits of its particles, or its own, which goes before, or is 0.
+  static double limit_of(double own, double one, double other)
   {
-    return own > 0.0 ? own : std::min(limits[i], of_partner);
+    return own > 0.0 ? own : std::min(one, other);
   }
-
-  double limit_of_contact(double own, int i, int j) const
+  double limit_of(const PairList &list, double own, int i, int j) const
   {
-    const std::vector<double> &all = limits_of(false);
-    return own > 0.0 ? own : std::min(all[i], all[j]);
+    const std::vector<double> &all = limits_of(list.are_bonds);
+    return limit_of(own, all[i], all[j]);
   }
 
   double memory_usage() const

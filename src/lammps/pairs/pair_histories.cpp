@@ -238,7 +238,7 @@ void PairHistories::add_contact(int i, const PackedPair &bond, double d, const S
   contacts.set(contacts.size(), bond.j, left.deq, left.cutoff, law);
   if (rules.plastic)
     contacts.limit[contacts.size()] =
-        lists.limit_of_contact(coefficients.law(law).own_limit, i, bond.j);
+        lists.limit_of(contacts, coefficients.law(law).own_limit, i, bond.j);
   contacts.add_row(i, 1);
   if (!contacts.joins) return;
   if (divided && !rules.join.all) contacts.join.back() |= PairList::OF_TWO_BODIES;
@@ -290,7 +290,7 @@ void PairHistories::begin_bonds()
     demand_room(bonds, 1, error);
     bonds.set(bonds.size(), contact.j, d, dlim, law);
     bonds.limit[bonds.size()] =
-        lists.limit_of(coefficients.law(law).own_limit, i, lists.limits[contact.j]);
+        lists.limit_of(bonds, coefficients.law(law).own_limit, i, contact.j);
     bonds.add_row(i, 1);
     if (bonds.joins) bonds.join.back() = PairList::HAS_JOINED;
   }
@@ -485,7 +485,8 @@ int64_t PairHistories::find_unlisted()
     const PairLaw &law = coefficients.law(index);
     const double dlim = law.row.alpha * (atom->radius[i] + partner.radius);
     const Span span = rules.of_bond(bond.deq, dlim);
-    const double limit = rules.plastic ? lists.limit_of(law.own_limit, i, partner.value) : 0.0;
+    const double limit =
+        rules.plastic ? lists.limit_of(law.own_limit, lists.limits[i], partner.value) : 0.0;
     unlisted.push_back({i, (tagint) bond.partner, bond.deq, partner.radius, span.cutoff,
                         !(span.cutoff < dlim),
                         law.state(span.cutoff / bond.deq,

@@ -90,11 +90,10 @@ void Plasticity::set_limits(bool keeps_below)
   double dissipated = 0.0;
   find_velocities(keeps_below);
   for (PairList *list : {&lists.bonds, &lists.contacts}) {
-    const std::vector<double> &limits = lists.limits_of(list->are_bonds);
     for (const PackedRow &row : list->rows)
       for (int n = row.first; n < row.last; n++) {
         const double own = pairs.coefficients().law(list->law[n]).own_limit;
-        const double now = own > 0.0 ? own : std::min(limits[row.i], limits[list->j[n]]);
+        const double now = lists.limit_of(*list, own, row.i, list->j[n]);
         const double before = std::exchange(list->limit[n], now);
         if (keeps_below && now < before) dissipated += keep_below_limit(*list, row.i, n, before);
       }
