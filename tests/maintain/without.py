@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Takes an effect out of a copy of the sources, and runs the tests that do not name it.
 
-    tests/maintain/without.py volume|heat|damping|energy|yield|failure [TEST ...]
+    tests/maintain/without.py volume|heat|damping|energy|yield|failure|joining [TEST ...]
 
 The folders src/core/NAME and src/lammps/NAME are deleted, and the lines of src/lammps/evpplugin.cpp and effects.cpp that name what was in them. The rest must compile,
 and pass the tests (default: tests/lammps). A test is left out if it fails and a script that it ran, or its message, has a word of the effect; those
@@ -25,7 +25,7 @@ from study import CHECKOUT, RunError, command_line, errors_in_one_line, output_o
 from faults import Build
 
 WORDS = {"volume": ("evp/volume", "volume_strain", "rho0", "torn"), "heat": ("evp/heat",), "damping": ("nve/evp",), "energy": ("evp/energy",),
-         "yield": ("yield",), "failure": (" damage ", "damage_", "omega")}
+         "yield": ("yield",), "failure": (" damage ", "damage_", "omega"), "joining": ("exposure",)}
 LISTS = ("src/lammps/evpplugin.cpp", "src/lammps/effects.cpp")
 
 

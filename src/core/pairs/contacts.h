@@ -21,14 +21,20 @@ constexpr double APART = 1.05;
 /// has fewer pairs than a plane of the body and would flow first, until the spheres on both sides run into each other.
 constexpr double LIMIT_BETWEEN_BODIES = 0.5;
 
-/// With contact join: pairs that come within this times R_i + R_j become bonds; all: those of two bodies too.
+/// With contact join: pairs that come within this times R_i + R_j become bonds; all: those of two bodies too, or those of them that
+/// meet a criterion, see joining.
 struct JoinRule {
   double within = 0.0;
   bool all = false;
+  double exposure = 0.0;    ///< share of the surfaces that must be new; 0: there is no criterion
+  double pressure = 0.0;    ///< over the flow stress
 
+  bool has_criterion() const { return exposure > 0.0; }
+
+  /// Do the same pairs join at once, as they are found?
   bool operator==(const JoinRule &other) const
   {
-    return within == other.within && all == other.all;
+    return within == other.within && all == other.all && has_criterion() == other.has_criterion();
   }
 };
 
@@ -45,14 +51,17 @@ constexpr int UPDATE_EVERY = 10;
 /// no bonds.
 struct PairRules {
   Contact contact = Contact::LITERAL;
-  double overlap = 0.3;            ///< warn below d = (1 - overlap) (R_i + R_j)
-  bool plastic = false;            ///< plasticity isotropic: flow beyond the elastic limit stays
-  double break_strain = 0.0;       ///< of eq. 8 bonds break beyond (1 + this) deq; 0: never
-  JoinRule join = {1.2, false};    ///< used with contact join
+  double overlap = 0.3;         ///< warn below d = (1 - overlap) (R_i + R_j)
+  bool plastic = false;         ///< plasticity isotropic: flow beyond the elastic limit stays
+  double break_strain = 0.0;    ///< of eq. 8 bonds break beyond (1 + this) deq; 0: never
+  JoinRule join = {1.2};        ///< used with contact join
   int update = 0;    ///< steps between two updates of plastic strains and limits; 0: not given
 
   bool joins() const { return contact == Contact::JOIN; }
   bool breaks() const { return break_strain > 0.0; }
+
+  /// Do pairs of two bodies join as soon as they are near?
+  bool joins_bodies_at_once() const { return join.all && !join.has_criterion(); }
 
   int update_every(bool implicit) const { return update ? update : implicit ? 1 : UPDATE_EVERY; }
 

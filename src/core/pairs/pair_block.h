@@ -216,8 +216,9 @@ class ChangingPairs : public PairConsumer {
   double distance_squared(const PairBlock &block, const PairRange &range, int i, int n) const
   {
     const int j = range.list.j[n];
-    return owners && owners->has(j) ? owners->squared(i, j)
-                                    : block.distance_squared(n - range.first);
+    if (!owners || !owners->has(j)) return block.distance_squared(n - range.first);
+    const Vector r = owners->between(i, j);
+    return dot(r, r);
   }
   void take(int n, double dsq)
   {
@@ -236,6 +237,16 @@ class FailureCriterion {
 
  protected:
   ~FailureCriterion() = default;
+};
+
+/// Says which contacts of two bodies become bonds.
+class JoiningCriterion {
+ public:
+  /// r: from one to the other, either way [length]
+  virtual bool may_join(int i, int j, const Vector &r) const = 0;
+
+ protected:
+  ~JoiningCriterion() = default;
 };
 
 /// Bonds of a list that end: past their cutoff, or where they fail.
@@ -280,6 +291,7 @@ struct BeginningBonds final : ChangingPairs {
   std::vector<int> released;           ///< indices of pairs
   std::vector<int> entered;            ///< of two bodies, that came as near
   double within = 0.0, apart = 0.0;    ///< squares of both distances over R_i + R_j
+  bool asks = false;    ///< those of two bodies are found, too, and somebody asks whether they may
 
   void clear()
   {
@@ -304,7 +316,7 @@ struct BeginningBonds final : ChangingPairs {
         const double dsq = distance_squared(block, range, i, n);
         if (keeps_inside(join[k]) && dsq > apart * block.cutsq[k]) released.push_back(n);
         if (keeps_inside(join[k]) || dsq > within * block.cutsq[k]) continue;
-        if (join[k] != 0)
+        if (join[k] != 0 && !asks)
           entered.push_back(n);
         else
           take(n, dsq);

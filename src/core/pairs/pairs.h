@@ -84,11 +84,7 @@ struct OwnerDistances {
 
   bool empty() const { return !acts; }
   bool has(int j) const { return !empty() && j >= nlocal; }
-  double squared(int i, int j) const
-  {
-    const Vector r = (Vector(x[j]) - Vector(x[i])) + Vector(shifts[j]);
-    return dot(r, r);
-  }
+  Vector between(int i, int j) const { return (Vector(x[j]) - Vector(x[i])) + Vector(shifts[j]); }
 };
 
 /// The force loop takes so many pairs at once.

@@ -19,7 +19,7 @@ using namespace EVP;
 
 // in the order of Value; and all that spheres keep
 static const std::vector<std::string> VALUES = {"volume_strain", "von_mises", "triaxiality",
-                                                "bonds_now"};
+                                                "bonds_now", "joints"};
 
 static bool is_shown(const SphereValue &value)
 {
@@ -139,10 +139,12 @@ void ComputeEVPStateAtom::add_pairs(const PairData *pair_data)
   for_each_pair(list, scene::rows(atom->x), [&](const PlacedPair &p) {
     if (!p.acts()) return;
     const bool second = p.is_bond && pair_data->state_of(p).regime == 2;
+    const bool joint = p.is_bond && in_different_bodies(atom, pair_data->within(), p.i, p.j);
     for_each_end(p.i, p.j, list.nreact, [&](int i, int) {
       double *sum = sums[i];
       sum[p.is_bond ? WITHIN : UNBONDED] += 1.0;
       if (second) sum[SECOND] += 1.0;
+      if (joint) sum[BETWEEN_BODIES] += 1.0;
     });
   });
 }
@@ -166,6 +168,8 @@ double ComputeEVPStateAtom::value_of(size_t column, int i, const PairData *pair_
       return places[column] ? places[column].of(i) : 0.0;
     case Value::BONDS_NOW:
       return sums[i][WITHIN];
+    case Value::JOINTS:
+      return sums[i][BETWEEN_BODIES];
     case Value::VOLUME_STRAIN:
       return value_of_effects("volume_strain", i, pair_data);
     default:

@@ -27,15 +27,15 @@ class ComputeEVPStateAtom : public EVP::WithPerAtomComm<Compute> {
  private:
   static constexpr int NCOLUMNS = 4;    // that are always there
 
-  enum class Value { VOLUME_STRAIN, VON_MISES, TRIAXIALITY, BONDS_NOW, OF_SPHERE };
+  enum class Value { VOLUME_STRAIN, VON_MISES, TRIAXIALITY, BONDS_NOW, JOINTS, OF_SPHERE };
   std::vector<Value> values;               // of the further columns
   std::vector<std::string> value_names;    // of these
   std::vector<EVP::BondStore::Place>
       places;               // of those of spheres, as of now: nobody may keep them
   double fraction = 0.0;    // volume of the spheres over that of the body
 
-  /// Sums of an atom over its pairs: bonds within dlim, of these in the second regime or at their limit; new pairs.
-  enum Count { WITHIN, SECOND, UNBONDED, NCOUNTS };
+  /// Sums of an atom over its pairs: bonds within dlim, of these in the second regime or at their limit; new pairs; bonds with other bodies.
+  enum Count { WITHIN, SECOND, UNBONDED, BETWEEN_BODIES, NCOUNTS };
 
   EVP::AtomValues sums{NCOUNTS};    // of atoms and ghosts
   static constexpr int AROUND_WIDTH = EVP::StressSums::NSTRESS + 1;

@@ -24,9 +24,9 @@ using namespace LAMMPS_NS;
 using namespace EVP;
 using scene::rows;
 
-static constexpr double RESTART_FORMAT = 2013;    // first word of our section in restart files
+static constexpr double RESTART_FORMAT = 2014;    // first word of our section in restart files
 static constexpr double LONGEST_ID = 1000;
-static constexpr size_t SETTINGS = 10;    // words of it in front of the ID of the fix that recorded
+static constexpr size_t SETTINGS = 12;    // words of it in front of the ID of the fix that recorded
 
 static size_t words_of_text(size_t length)
 {
@@ -94,13 +94,31 @@ void PairEVPLJ::allocate()
   coefficients.resize(atom->ntypes);
 }
 
-// pair_style evp/lj [contact literal|repulsive|none|join [BETA] [all]] [overlap 0.3] [plasticity none|isotropic]
-//   [break none|XI] [update N]
+// Takes out of words, from the k-th on: [exposure Y0 [pressure S0]]
+void PairEVPLJ::take_joining_criterion(std::vector<char *> &words, int k, JoinRule &join) const
+{
+  const auto take = [&](const char *name, double most, const char *rule) {
+    double value = 0.0;
+    if (k == (int) words.size() || strcmp(words[k], name) != 0) return value;
+    if (k + 1 == (int) words.size() || !is_number(words[k + 1], value) ||
+        !(value > 0.0 && value < most))
+      error->all(FLERR, "Pair style evp/lj: {} of contact join must be {}", name, rule);
+    words.erase(words.begin() + k, words.begin() + k + 2);
+    return value;
+  };
+  join.exposure = take("exposure", 1.0,
+                       "the share of two surfaces that is new when they bond, above 0 and below 1");
+  if (join.exposure > 0.0)
+    join.pressure = take("pressure", HUGE_VAL, "a positive number of flow stresses");
+}
+
+// pair_style evp/lj [contact literal|repulsive|none|join [BETA] [all [exposure Y0 [pressure S0]]]] [overlap 0.3]
+//   [plasticity none|isotropic] [break none|XI] [update N]
 void PairEVPLJ::settings(int narg, char **arg)
 {
   PairRules chosen;
   std::vector<char *> words(arg, arg + narg);
-  for (int k = 0; k + 2 < (int) words.size(); k += 2) {    // of contact join: a number, and all
+  for (int k = 0; k + 2 < (int) words.size(); k += 2) {    // of contact join
     if (strcmp(words[k], "contact") != 0 || strcmp(words[k + 1], "join") != 0) continue;
     chosen.join = PairRules().join;
     const auto next = words.begin() + k + 2;
@@ -116,6 +134,7 @@ void PairEVPLJ::settings(int narg, char **arg)
     if (k + 2 == (int) words.size() || strcmp(words[k + 2], "all") != 0) continue;
     chosen.join.all = true;
     words.erase(words.begin() + k + 2);
+    take_joining_criterion(words, k + 2, chosen.join);
   }
   for_each_keyword(
       error, "Pair style evp/lj", (int) words.size(), words.data(),
@@ -428,7 +447,8 @@ void PairEVPLJ::write_restart_settings(FILE *fp)
                                (double) rules.contact,  rules.overlap,
                                (double) rules.plastic,  rules.break_strain,
                                rules.join.within,       (double) recorder.size(),
-                               (double) rules.join.all, (double) rules.update};
+                               (double) rules.join.all, (double) rules.update,
+                               rules.join.exposure,     rules.join.pressure};
   words.resize(SETTINGS + words_of_text(recorder.size()), 0.0);
   memcpy(&words[SETTINGS], recorder.data(), recorder.size());
   seal(words);
@@ -449,7 +469,7 @@ void PairEVPLJ::read_restart_settings(FILE *fp)
                        words[3],
                        words[4] != 0.0,
                        words[5],
-                       {words[6], words[8] != 0.0},
+                       {words[6], words[8] != 0.0, words[10], words[11]},
                        (int) words[9]});
   pair_data.source.recorder.assign((const char *) &words[SETTINGS], length);
   offer_pair_values();

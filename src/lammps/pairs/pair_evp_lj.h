@@ -54,6 +54,7 @@ class PairEVPLJ : public Pair, public EVP::HasPairData {
     for (const char *name : {"hybrid", "hybrid/omp", "hybrid/kk"})    // one class, or its heir
       if (strcmp(force->pair_style, name) == 0) single_extra = 0;
   }
+  void take_joining_criterion(std::vector<char *> &words, int k, EVP::JoinRule &) const;
   void sum_forces(bool damps);
   void stop_at_blow_up() const;
   void read_together(FILE *, std::vector<double> &words, size_t n) const;

@@ -28,6 +28,7 @@ void PairHistories::begin_run(BondStore *records_in, PerAtomComm *exchange_in, b
   ends.criteria.clear();
   begins.within = rules.join.within * rules.join.within;
   begins.apart = APART * APART * begins.within;
+  begins.asks = rules.join.has_criterion();
   every = rules.update_every(effects.any(&Effect::updates_each_step));
 }
 
@@ -124,6 +125,7 @@ void PairHistories::share(Sharing when)
     one.set_shared(when, part);
   });
   ends.criteria.clear();
+  joining = nullptr;
   if (update->whichflag != 2)
     find_criteria();    // a minimization changes nothing before it is at rest
 }
@@ -132,6 +134,7 @@ void PairHistories::find_criteria()
 {
   effects.for_each([this](const Effect &one) {
     if (const FailureCriterion *const own = one.failure()) ends.criteria.push_back(own);
+    if (const JoiningCriterion *const own = one.joining()) joining = own;
   });
 }
 
@@ -241,22 +244,29 @@ void PairHistories::add_contact(int i, const PackedPair &bond, double d, const S
         lists.limit_of(contacts, coefficients.law(law).own_limit, i, bond.j);
   contacts.add_row(i, 1);
   if (!contacts.joins) return;
-  if (divided && !rules.join.all) contacts.join.back() |= PairList::OF_TWO_BODIES;
+  if (divided && !rules.joins_bodies_at_once()) contacts.join.back() |= PairList::OF_TWO_BODIES;
   if (!(d > APART * rules.join.within * left.cutoff))
     contacts.join.back() |= PairList::NOT_BEFORE_APART;
 }
 
+// Contact k, which is near enough
+bool PairHistories::may_join(int k) const
+{
+  const int i = lists.contacts.owner_of(k), j = lists.contacts.j[k];
+  for (const FailureCriterion *const one : ends.criteria)
+    if (one->bars_joining(i, j)) return false;
+  if (!(lists.contacts.join[k] & PairList::OF_TWO_BODIES)) return true;
+  const Vector r = owners.has(j) ? owners.between(i, j) : Vector(atom->x[j]) - Vector(atom->x[i]);
+  return joining && joining->may_join(i, j, r);
+}
+
 void PairHistories::leave_out_barred()
 {
-  if (ends.criteria.empty()) return;
+  if (ends.criteria.empty() && !begins.asks) return;
   size_t kept = 0;
   for (size_t n = 0; n < begins.found.size(); n++) {
-    const int k = begins.found[n], i = lists.contacts.owner_of(k), j = lists.contacts.j[k];
-    if (std::any_of(ends.criteria.begin(), ends.criteria.end(),
-                    [i, j](const FailureCriterion *one) {
-                      return one->bars_joining(i, j);
-                    }))
-      continue;
+    const int k = begins.found[n];
+    if (!may_join(k)) continue;
     begins.squared_distances[kept] = begins.squared_distances[n];
     begins.found[kept++] = k;
   }
@@ -264,7 +274,7 @@ void PairHistories::leave_out_barred()
   begins.squared_distances.resize(kept);
 }
 
-// likewise. What a contact stores is lost: one that comes from outside has nothing, unless it jumped
+// likewise. A contact that repels goes on to do so, as far as the bond holds; what it has stored beyond that is lost
 void PairHistories::begin_bonds()
 {
   PairList &bonds = lists.bonds, &contacts = lists.contacts;
@@ -278,21 +288,28 @@ void PairHistories::begin_bonds()
     const int law = coefficients.within_body(contact.law);
     const double alpha = coefficients.law(law).row.alpha;
     const double dlim = alpha * sum_radii(i, contact.j);
+    const bool was_asked = contacts.join[k] & PairList::OF_TWO_BODIES;
+    const double limit = lists.limit_of(bonds, coefficients.law(law).own_limit, i, contact.j);
+    const double pressed = std::max(0.0, 1.0 - d * contact.inv_deq);
+    const double deq = d / (1.0 - std::min(pressed, limit));
+    demand_room(bonds, 1, error);
+    bonds.set(bonds.size(), contact.j, deq, dlim, law);
+    bonds.limit[bonds.size()] = limit;
+    bonds.add_row(i, 1);
+    if (bonds.joins) bonds.join.back() = PairList::HAS_JOINED;
+    const PackedPair bond = bonds.pair(bonds.size() - 1);
+    const Stored before = coefficients.law(contact.law).state(d * contact.inv_deq, contact).stored,
+                 now = coefficients.law(law).state(d * bond.inv_deq, bond).stored;
     const EndingPair pair = {
-        k, i, contact.j, coefficients.law(contact.law).state(d * contact.inv_deq, contact).stored};
+        k, i, contact.j, {before.elastic - now.elastic, before.second - now.second}};
     effects.for_each([&](Effect &one) {
       one.contact_joins(pair);
     });
-    journal.push_back(
-        {i, contact.j, atom->tag[contact.j], d / lists.growth_of(i, contact.j), PairEvent::BEGAN});
+    journal.push_back({i, contact.j, atom->tag[contact.j], deq / lists.growth_of(i, contact.j),
+                       PairEvent::BEGAN});
     note_event(i, contact.j, atom->tag[contact.j], BondEvent::JOINED);
-    if (d < contact.cut * rules.join.within / APART && !is_copy(i, contact.j)) jumps++;
-    demand_room(bonds, 1, error);
-    bonds.set(bonds.size(), contact.j, d, dlim, law);
-    bonds.limit[bonds.size()] =
-        lists.limit_of(bonds, coefficients.law(law).own_limit, i, contact.j);
-    bonds.add_row(i, 1);
-    if (bonds.joins) bonds.join.back() = PairList::HAS_JOINED;
+    if (!was_asked && d < contact.cut * rules.join.within / APART && !is_copy(i, contact.j))
+      jumps++;
   }
   contacts.remove(begins.found);
   if (!begins.found.empty()) lists.build++;
@@ -345,8 +362,8 @@ void PairHistories::warn_of_jumps()
   error->warning(
       FLERR,
       "Pair evp/lj: {} pairs that joined until step {} had come nearer than {:.4g} (R_i + "
-      "R_j) in the step in which they came within {}: what they had stored as a contact "
-      "is lost; use a smaller timestep, or fix dt/evp (said once)",
+      "R_j) in the step in which they came within {}: what they had stored as a contact beyond "
+      "the limit of a bond is lost; use a smaller timestep, or fix dt/evp (said once)",
       all, update->ntimestep, rules.join.within / APART, rules.join.within);
 }
 

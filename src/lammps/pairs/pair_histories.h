@@ -152,6 +152,7 @@ class PairHistories : protected Pointers {
   AtomValues periods{3};    // of its shifts
   EndingBonds ends;
   BeginningBonds begins;
+  const JoiningCriterion *joining = nullptr;
   std::vector<PairEvent>
       journal;    // what the records have not been told; between two tellings bonds that have ended
   std::vector<UnlistedBond> unlisted;
@@ -182,6 +183,7 @@ class PairHistories : protected Pointers {
   void end_bonds();
   void end_unlisted_bonds();
   void begin_bonds();
+  bool may_join(int k) const;
   void leave_out_barred();
   void apply(const PairEvent &);
   void return_due();

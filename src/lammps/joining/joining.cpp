@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "lammps/joining/joining.h"
+
+#include "lammps/pairs/pair_data.h"
+
+#include "atom.h"
+#include "error.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace EVP {
+
+bool Joining::asks_pressure() const
+{
+  return pairs.rules().join.pressure > 0.0;
+}
+
+void Joining::rows_scaled(const Coefficients &coefficients)
+{
+  rows.assign(pairs.atoms()->ntypes + 1, Row());
+  for (int type = 1; type < (int) rows.size(); type++) rows[type] = coefficients.row(type, type);
+}
+
+bool Joining::begin_run(PairData &)
+{
+  acts = pairs.rules().join.has_criterion();
+  if (acts && pairs.within() == BodyRule::ALL)
+    error->all(
+        FLERR,
+        "Pair evp/lj: 'exposure' of contact join is for contacts between two bodies, but all "
+        "atoms are one: add 'within type' or 'within molecule' to fix evp/bonds");
+  return acts;
+}
+
+void Joining::keep_values(BondStore &store)
+{
+  store.keep<JoiningRecord>(acts);
+  store.keep<RelativeStressRecord>(acts && asks_pressure());
+  if (acts) records = store.columns<JoiningRecord>();
+  if (acts && asks_pressure()) stresses = store.columns<RelativeStressRecord>();
+}
+
+void Joining::pairs_packed(const NeighList *)
+{
+  for (int type = 1; type < (int) rows.size(); type++)
+    if (asks_pressure() && pairs.alpha_of(type, type) > 0.0 && !(rows[type].yield > 0.0))
+      error->all(FLERR,
+                 "Pair evp/lj, type {}: 'pressure' of contact join is over the flow stress, which "
+                 "the row must give: add 'yield', or leave 'pressure' out",
+                 type);
+}
+
+std::string Joining::describe() const
+{
+  const JoinRule &rule = pairs.rules().join;
+  std::string text = fmt::format(", bodies join at an exposure of {}", rule.exposure);
+  if (asks_pressure())
+    text += fmt::format(" under a pressure of {} times the flow stress", rule.pressure);
+  return text;
+}
+
+void Joining::begin_update()
+{
+  strains.resize(pairs.lists().nlocal);
+  for (size_t i = 0; i < strains.size(); i++) strains[i] = pairs.store().sphere((int) i).p;
+  note_touched();
+}
+
+// Collective. By the present positions
+void Joining::note_touched()
+{
+  const PairLists &lists = pairs.lists();
+  const double within = pairs.rules().join.within;
+  const auto *const x = pairs.positions();
+  const double *const radius = pairs.atoms()->radius;
+  AtomValues touches(1, lists.nall, 0.0);
+  for (const PackedRow &row : lists.contacts.rows)
+    for (int k = row.first; k < row.last; k++) {
+      if (!(lists.contacts.join[k] & PairList::OF_TWO_BODIES)) continue;
+      const int i = row.i, j = lists.contacts.j[k];
+      const double most = within * lists.growth_of(i, j) * (radius[i] + radius[j]);
+      if (PairGeometry(x, i, j).dsq > most * most) continue;
+      for_each_end(i, j, lists.nreact, [&](int own, int) {
+        touches[own][0] = 1.0;
+      });
+    }
+  pairs.exchange().reverse_comm(touches);
+  for (int i = 0; i < lists.nlocal; i++)
+    if (touches[i][0] > 0.0) records[i].touched = 1.0;
+}
+
+void Joining::strains_updated(const BondStore &store, bool have_flowed)
+{
+  for (int i = 0; i < (int) strains.size(); i++) {
+    const double p = store.sphere(i).p, growth = p - std::exchange(strains[i], p);
+    JoiningRecord &own = records[i];
+    if (have_flowed && own.touched != 0.0) own.exposure = joining::exposed(own.exposure, growth);
+  }
+}
+
+void Joining::put_shared(Sharing, const ValuesOfAtoms &values) const
+{
+  for (int i = 0; i < pairs.lists().nlocal; i++) {
+    values[i][0] = records[i].exposure;
+    if (asks_pressure()) std::copy_n(stresses[i].stress.data(), NSTRESS, values[i] + 1);
+  }
+}
+
+void Joining::set_shared(Sharing when, const ValuesOfAtoms &values)
+{
+  const int width = shared_width(when);
+  shared.set_width(width);
+  shared.resize(pairs.lists().nall);
+  for (int i = 0; i < pairs.lists().nall; i++) std::copy_n(values[i], width, shared[i]);
+}
+
+bool Joining::may_join(int i, int j, const Vector &r) const
+{
+  const auto pressure_of = [&](int k) {
+    return asks_pressure() ? joining::pressure_along(shared[k] + 1, r) : 0.0;
+  };
+  return joining::is_met(pairs.rules().join, 0.5 * (shared[i][0] + shared[j][0]),
+                         0.5 * (pressure_of(i) + pressure_of(j)));
+}
+
+void Joining::stresses_begin()
+{
+  is_new = true;
+  factors.assign(pairs.lists().nlocal, 1.0);
+  pairs.effects.for_each([this](const Effect &other) {
+    other.multiply_limits(factors);
+  });
+  yield_factors = pairs.store().find_value("yield_factor");
+}
+
+void Joining::stress_known(int i, const SphereStress &stress)
+{
+  const Row &row = rows[pairs.atoms()->type[i]];
+  const double limit = pairs.limit_of(i)(pairs.store().sphere(i).p, factors[i]),
+               flow_stress = row.yield * limit / (row.xi_s * yield_factors.of(i));
+  for (int c = 0; c < NSTRESS; c++) stresses[i].stress[c] = stress.mean[c] / flow_stress;
+}
+
+// Collective. Ghosts get the stress before it is asked for: so what joins does not depend on when lists are packed
+void Joining::commit()
+{
+  if (!std::exchange(is_new, false)) return;
+  for (int i = 0; i < pairs.lists().nlocal; i++)
+    std::copy_n(stresses[i].stress.data(), NSTRESS, shared[i] + 1);
+  pairs.exchange().forward_comm(shared);
+}
+
+}    // namespace EVP
