@@ -195,6 +195,13 @@ def press(folder, text):
     return [Number("N", of_spheres, of_region), Number("N", spheres["force"][-1], region["force"][-1]), Number("mm", 1e3 * float(left))]
 
 
+def spray(_, text):
+    """Joints at both speeds, width of the splat, energies."""
+    verdicts = re.findall(r"the particle (?:sticks, (\d+) joints|rebounds)", text)
+    widths, imbalances = re.findall(r"and width (\S+) of the first", text), re.findall(r"imbalance over impact energy (\S+);", text)
+    return [Number("", float(verdicts[0] or 0), 0.0), Number("", float(verdicts[1] or 0)), Number("", float(widths[1])), Number("", float(imbalances[1]), 0.0)]
+
+
 def weld(_, text):
     """Strength of a seam over that of the solid: not pressed, pressed by 20 and by 40 %, with contact join from 1.2 and from 1.0 on."""
     found = [float(value) for value in re.findall(r"in.weld: strength (\S+) MPa", text)]
@@ -247,6 +254,7 @@ SCENES = {  # picture on the page: its numbers, of (folder, printed text)
     "vbend.png": vbend,
     "blank.png": blank,
     "press.png": press,
+    "spray.png": spray,
     "weld.png": weld,
     "shear.png": shear,
     "slab.png": slab,

@@ -504,7 +504,7 @@ def test_damaged_restart_files(saved, tmp_path):
 def sections(content):
     """(from, to, message) of what is ours in a restart file of one type: settings of the pair style, its row, the fixes, what these have of an atom."""
     settings = after(content, b"evp/lj")
-    row = settings + 8 * (10 + 1 + 1)  # numbers, the ID of the fix, the seal
+    row = settings + 8 * (12 + 1 + 1)  # numbers, the ID of the fix, the seal
     found = [(settings, row, SETTINGS_DAMAGED), (row, row + 91 * 8, "Pair evp/lj: the restart file is damaged in the coefficients of types 1 and 1")]
     atom = at_record(content) - 8
     found.append((atom, atom + 8 * int(struct.unpack_from("<d", content, atom)[0]), ATOM_DAMAGED))
