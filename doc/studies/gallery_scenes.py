@@ -197,7 +197,7 @@ def press(folder, text):
 
 def spray(_, text):
     """Joints at both speeds, width of the splat, energies."""
-    verdicts = re.findall(r"the particle (?:sticks, (\d+) joints|rebounds)", text)
+    verdicts = re.findall(r"the particle (?:sticks, joints with the plate: (\d+)|rebounds)", text)
     widths, imbalances = re.findall(r"and width (\S+) of the first", text), re.findall(r"imbalance over impact energy (\S+);", text)
     return [Number("", float(verdicts[0] or 0), 0.0), Number("", float(verdicts[1] or 0)), Number("", float(widths[1])), Number("", float(imbalances[1]), 0.0)]
 

@@ -81,15 +81,6 @@ def test_what_is_stretched_before_they_touch_does_not_count(lmp):
 
 
 @PARALLEL
-def test_pressure_of_the_flow_stress(lmp, ranks, newton):
-    """Stretched spheres that touch join under a pressure above S0 flow stresses, and not below: the pressure is half of the force of the contact times its length, over
-    the volume of a sphere."""
-    text = start(newton, 0.996) + "{}" + STRETCH + "run 0\n" + "velocity all set 0 0 0\n" + f"run {STEPS}\n"
-    values = lmp((text + "").format(material("exposure 0.01 pressure 1e-9", ROW + YIELDS)), ranks).ok()
-    assert values.thermo(1)["f_bonds[6]"][-1] == 0, "nothing is stretched"
-
-
-@PARALLEL
 @pytest.mark.parametrize("share, joins", [(0.98, 2), (1.02, 0)])
 def test_pressure_over_the_flow_stress(lmp, ranks, newton, share, joins):
     """Stretched spheres that touch join under a pressure above S0 flow stresses, and not below: half of the force of the contact times its length over the volume of a
@@ -126,20 +117,21 @@ def joining_blocks(body, rule="exposure 0.03 pressure 0.1", bonds=""):
     return f"pair_style evp/lj contact join 1.2 all {rule} plasticity isotropic\npair_coeff * * {row_words(body)}\nfix bonds all evp/bonds within type{bonds}\n"
 
 
-@pytest.mark.parametrize("again", ["restart", "file"])
+@pytest.mark.parametrize("again, step", [("restart", 123), ("file", 123), ("restart", 110), ("file", 130)])
 @pytest.mark.parametrize("ranks, newton", [(2, "on"), (4, "off")])
-def test_whatever_the_ranks_and_restarts(lmp, tmp_path, again, ranks, newton):
-    """Two blocks that hit each other, from a file of any step: the same joints and exposures."""
+def test_whatever_the_ranks_and_restarts(lmp, tmp_path, again, step, ranks, newton):
+    """Two blocks that hit each other, from a file of any step, those in which pairs join among them: the same joints and exposures."""
     body = two_blocks()
     write_body(tmp_path / "body.data", body)
     whole = lmp(head("on") + joining_blocks(body) + PUSH + MOVE + "run 300\nwrite_evp_bonds whole.bonds\n").ok().thermo()
     save = "write_restart half.restart\n" if again == "restart" else "write_data half.data nocoeff\nwrite_evp_bonds half.bonds\n"
-    lmp(head(newton) + joining_blocks(body) + PUSH + MOVE + "run 123\n" + save, ranks).ok()
-    start, bonds = ("read_restart half.restart", "") if again == "restart" else ("read_data half.data\nreset_timestep 123", " file half.bonds")
-    table = lmp(head(newton, start=start) + joining_blocks(body, bonds=bonds) + MOVE + "run 177\nwrite_evp_bonds end.bonds\n", ranks).ok().thermo()
+    lmp(head(newton) + joining_blocks(body) + PUSH + MOVE + f"run {step}\n" + save, ranks).ok()
+    start, bonds = ("read_restart half.restart", "") if again == "restart" else (f"read_data half.data\nreset_timestep {step}", " file half.bonds")
+    table = lmp(head(newton, start=start) + joining_blocks(body, bonds=bonds) + MOVE + f"run {300 - step}\nwrite_evp_bonds end.bonds\n", ranks).ok().thermo()
     first, last = (read_pairs(tmp_path / name) for name in ("whole.bonds", "end.bonds"))
     for name in ("PotEng", "KinEng", "f_bonds[6]"):
-        assert table[name][-1] == pytest.approx(whole[name][-1], rel=1e-6), name
+        assert table[name][-1] == pytest.approx(whole[name][-1], rel=1e-8), name
+    assert abs(whole["f_energy"]).max() < 1.5e-3 * whole["f_energy[9]"][-1]
     assert last.bonds == pytest.approx(first.bonds, rel=1e-6) and last.column("exposure") == pytest.approx(first.column("exposure"), rel=1e-6, abs=1e-9)
     assert 5 < whole["f_bonds[6]"][12] < whole["f_bonds[6]"][-1] - 5, "control"
 
@@ -149,7 +141,9 @@ def test_whatever_the_ranks_and_restarts(lmp, tmp_path, again, ranks, newton):
     ("exposure 0.2 pressure 1", ROW, " within type", "add 'yield', or leave 'pressure' out"),
     ("exposure 40", ROW, " within type", "exposure of contact join must be the share of two surfaces that is new when they bond, above 0 and below 1"),
     ("exposure 0.2 pressure 0", ROW, " within type", "pressure of contact join must be a positive number of flow stresses"),
-    ("exposure", ROW, " within type", "exposure of contact join must be")])
+    ("exposure", ROW, " within type", "exposure of contact join must be"),
+    ("pressure 1", ROW, " within type", "'pressure' must stand in contact join [BETA] all exposure Y0 [pressure S0], once"),
+    ("exposure 0.2 exposure 0.3", ROW, " within type", "'exposure' must stand in contact join")])
 def test_misuse(lmp, words, row, within, told):
     run = lmp(start("on", 1.1) + material(words, row, within=within) + "run 0\n", 1)
     assert run.returncode != 0 and told in run.stdout

@@ -10,7 +10,7 @@
 //
 // Words of the header with a number or name each, those that are not needed left out: WITHIN and ZONE as given to fix
 // evp/bonds, CONTACTS for the number of lines of pairs that are no bonds, ENDED for that of bonds that have ended, FAILED
-// for that of those of them that failed at a strain, JOINED for that of bonds that have begun, JOIN, JOIN_ALL or JOIN_EXPOSED for the
+// for that of those of them that failed at a strain, JOINED for that of bonds that have begun, JOIN, or JOIN_ALL, for the
 // distance over R_i + R_j by which pairs are inside, SPHERES for the number of their lines, COLUMNS for the names of their
 // values, BOND_COLUMNS for those of bonds where these have more than deq.
 // Reads in pieces, whatever the size; every refusal is a BadInput that names the line.
@@ -86,10 +86,8 @@ inline std::string bond_header(const BondHeader &header, const std::string &unit
   if (counts.failed > 0) text += " FAILED: " + std::to_string(counts.failed);
   if (counts.begun > 0) text += " JOINED: " + std::to_string(counts.begun);
   if (header.joins_by.within > 0.0)
-    text += std::string(header.joins_by.has_criterion() ? " JOIN_EXPOSED: "
-                            : header.joins_by.all       ? " JOIN_ALL: "
-                                                        : " JOIN: ") +
-        shortest_text(header.joins_by.within);
+    text +=
+        (header.joins_by.all ? " JOIN_ALL: " : " JOIN: ") + shortest_text(header.joins_by.within);
   if (header.spheres > 0)
     text += " SPHERES: " + std::to_string(header.spheres) + " COLUMNS: " + header.columns;
   if (std::size(BOND_VALUES) > 1) text += " BOND_COLUMNS: " + names_of(BOND_VALUES, ",");
@@ -184,9 +182,8 @@ class BondReader {
       header.counts.failed = parse_whole("FAILED", value, 0);
     else if (word == "JOINED:")
       header.counts.begun = parse_whole("JOINED", value, 0);
-    else if (word == "JOIN:" || word == "JOIN_ALL:" || word == "JOIN_EXPOSED:")
-      header.joins_by = {parse_number("JOIN", value), word != "JOIN:",
-                         word == "JOIN_EXPOSED:" ? 1.0 : 0.0};    // which one does not matter
+    else if (word == "JOIN:" || word == "JOIN_ALL:")
+      header.joins_by = {parse_number("JOIN", value), word == "JOIN_ALL:"};
     else if (word == "SPHERES:")
       header.spheres = parse_whole("SPHERES", value, 0);
     else if (word == "COLUMNS:")

@@ -29,12 +29,10 @@ struct JoinRule {
   double exposure = 0.0;    ///< share of the surfaces that must be new; 0: there is no criterion
   double pressure = 0.0;    ///< over the flow stress
 
-  bool has_criterion() const { return exposure > 0.0; }
-
-  /// Do the same pairs join at once, as they are found?
+  /// Are the same pairs inside?
   bool operator==(const JoinRule &other) const
   {
-    return within == other.within && all == other.all && has_criterion() == other.has_criterion();
+    return within == other.within && all == other.all;
   }
 };
 
@@ -60,8 +58,9 @@ struct PairRules {
   bool joins() const { return contact == Contact::JOIN; }
   bool breaks() const { return break_strain > 0.0; }
 
-  /// Do pairs of two bodies join as soon as they are near?
-  bool joins_bodies_at_once() const { return join.all && !join.has_criterion(); }
+  /// Do pairs of two bodies join by a criterion, and not as soon as they are near?
+  bool asks_to_join() const { return joins() && join.exposure > 0.0; }
+  bool joins_bodies_at_once() const { return join.all && !asks_to_join(); }
 
   int update_every(bool implicit) const { return update ? update : implicit ? 1 : UPDATE_EVERY; }
 

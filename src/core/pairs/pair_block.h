@@ -291,7 +291,6 @@ struct BeginningBonds final : ChangingPairs {
   std::vector<int> released;           ///< indices of pairs
   std::vector<int> entered;            ///< of two bodies, that came as near
   double within = 0.0, apart = 0.0;    ///< squares of both distances over R_i + R_j
-  bool asks = false;    ///< those of two bodies are found, too, and somebody asks whether they may
 
   void clear()
   {
@@ -316,7 +315,7 @@ struct BeginningBonds final : ChangingPairs {
         const double dsq = distance_squared(block, range, i, n);
         if (keeps_inside(join[k]) && dsq > apart * block.cutsq[k]) released.push_back(n);
         if (keeps_inside(join[k]) || dsq > within * block.cutsq[k]) continue;
-        if (join[k] != 0 && !asks)
+        if (join[k] != 0)
           entered.push_back(n);
         else
           take(n, dsq);

@@ -69,8 +69,7 @@ void BondRecording::record_zone(const NeighList *list, double zone_in, const Pai
       const double dsq = dot(r, r);
       const double sum_radii = atom->radius[i] + atom->radius[j];
       const double zone_here = (zone > 0.0 ? zone : alpha) * sum_radii;
-      if (dsq <= reach * sum_radii * (reach * sum_radii) &&
-          !(rules.join.has_criterion() && in_different_bodies(atom, within, i, j)))
+      if (dsq <= reach * sum_radii * (reach * sum_radii))
         inside[i].push_back({atom->tag[j], sum_radii, Remembered::INSIDE});
       if (!(mask[i] & mask[j] & fix->groupbit)) continue;
       if (dsq > cutoff_squared(zone_here, RECORD_MARGIN)) continue;

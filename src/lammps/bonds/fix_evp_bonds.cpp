@@ -23,8 +23,8 @@
 using namespace LAMMPS_NS;
 using namespace EVP;
 
-static constexpr double RESTART_FORMAT = 2014;    // first word of our section in restart files
-static constexpr size_t SECTION = 13;             // words of it in front of the measures
+static constexpr double RESTART_FORMAT = 2012;    // first word of our section in restart files
+static constexpr size_t SECTION = 12;             // words of it in front of the measures
 
 // fix ID group evp/bonds [zone Z | file FILE] [within type|molecule] [new yes|no] [events FILE]
 FixEVPBonds::FixEVPBonds(LAMMPS *lmp, int narg, char **arg) :
@@ -423,7 +423,6 @@ void FixEVPBonds::write_restart(FILE *fp)
                                (double) begun,
                                bonds->joins_by.within,
                                (double) bonds->joins_by.all,
-                               bonds->joins_by.exposure,
                                (double) groups.size()};
   const std::vector<double> measures = bonds->measures.words(atom->ntypes);
   words.insert(words.end(), measures.begin(), measures.end());
@@ -455,7 +454,7 @@ void FixEVPBonds::restart(char *buf)
                  comm->me == 0
                      ? BondCounts{(int64_t) words[6], (int64_t) words[7], (int64_t) words[8]}
                      : BondCounts{});
-  bonds->joins_by = {words[9], words[10] != 0.0, words[11]};
+  bonds->joins_by = {words[9], words[10] != 0.0};
   bonds->measures.unpack(words + SECTION, atom->ntypes);
   const bool differs = !file.empty() || (zone > 0.0 && zone != words[1]) ||
       (given != BodyRule::ALL && given != kept);

@@ -25,13 +25,7 @@ void Joining::rows_scaled(const Coefficients &coefficients)
 
 bool Joining::begin_run(PairData &)
 {
-  acts = pairs.rules().join.has_criterion();
-  if (acts && pairs.within() == BodyRule::ALL)
-    error->all(
-        FLERR,
-        "Pair evp/lj: 'exposure' of contact join is for contacts between two bodies, but all "
-        "atoms are one: add 'within type' or 'within molecule' to fix evp/bonds");
-  return acts;
+  return acts = pairs.rules().asks_to_join();
 }
 
 void Joining::keep_values(BondStore &store)
@@ -42,14 +36,22 @@ void Joining::keep_values(BondStore &store)
   if (acts && asks_pressure()) stresses = store.columns<RelativeStressRecord>();
 }
 
+// when files of bonds have said what is one body
 void Joining::pairs_packed(const NeighList *)
 {
-  for (int type = 1; type < (int) rows.size(); type++)
-    if (asks_pressure() && pairs.alpha_of(type, type) > 0.0 && !(rows[type].yield > 0.0))
-      error->all(FLERR,
-                 "Pair evp/lj, type {}: 'pressure' of contact join is over the flow stress, which "
-                 "the row must give: add 'yield', or leave 'pressure' out",
-                 type);
+  if (pairs.within() == BodyRule::ALL)
+    error->all(
+        FLERR,
+        "Pair evp/lj: 'exposure' of contact join is for contacts between two bodies, but all "
+        "atoms are one: add 'within type' or 'within molecule' to fix evp/bonds");
+  for (int i = 1; i < (int) rows.size(); i++)
+    for (int j = 1; j < (int) rows.size(); j++)
+      if (asks_pressure() && pairs.alpha_of(i, j) > 0.0 && !(rows[i].yield > 0.0))
+        error->all(
+            FLERR,
+            "Pair evp/lj, type {}: 'pressure' of contact join is over the flow stress, which "
+            "the row of types {} {} must give: add 'yield', or leave 'pressure' out",
+            i, i, i);
 }
 
 std::string Joining::describe() const
@@ -127,7 +129,6 @@ bool Joining::may_join(int i, int j, const Vector &r) const
 
 void Joining::stresses_begin()
 {
-  is_new = true;
   factors.assign(pairs.lists().nlocal, 1.0);
   pairs.effects.for_each([this](const Effect &other) {
     other.multiply_limits(factors);
@@ -141,15 +142,6 @@ void Joining::stress_known(int i, const SphereStress &stress)
   const double limit = pairs.limit_of(i)(pairs.store().sphere(i).p, factors[i]),
                flow_stress = row.yield * limit / (row.xi_s * yield_factors.of(i));
   for (int c = 0; c < NSTRESS; c++) stresses[i].stress[c] = stress.mean[c] / flow_stress;
-}
-
-// Collective. Ghosts get the stress before it is asked for: so what joins does not depend on when lists are packed
-void Joining::commit()
-{
-  if (!std::exchange(is_new, false)) return;
-  for (int i = 0; i < pairs.lists().nlocal; i++)
-    std::copy_n(stresses[i].stress.data(), NSTRESS, shared[i] + 1);
-  pairs.exchange().forward_comm(shared);
 }
 
 }    // namespace EVP

@@ -35,7 +35,6 @@ class Joining final :
   StressReader *stress_reader() override { return asks_pressure() ? this : nullptr; }
   void stresses_begin() override;
   void stress_known(int i, const SphereStress &) override;
-  void commit() override;
 
  private:
   static constexpr int NSTRESS = StressSums::NSTRESS;
@@ -49,7 +48,6 @@ class Joining final :
   BondStore::Place yield_factors;
   AtomValues shared{1};    // of atoms and ghosts: exposure, stress over flow stress
   bool acts = false;
-  bool is_new = false;    // has the stress been taken since ghosts got it?
 
   bool asks_pressure() const;
   void note_touched();

@@ -149,7 +149,7 @@ class Effect {
   /// bonds that stay: what depends on forces takes those of the last update.
   virtual const FailureCriterion *failure() const { return nullptr; }
 
-  /// Which contacts of two bodies become bonds, where there is a criterion; nullptr: it has none.
+  /// Which contacts of two bodies become bonds now, where there is a criterion; nullptr: it has none.
   virtual const JoiningCriterion *joining() const { return nullptr; }
 
   // 4. Forces, of which there may be several evaluations in a step: they find what changes, and change nothing.

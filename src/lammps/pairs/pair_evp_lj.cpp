@@ -102,7 +102,8 @@ void PairEVPLJ::take_joining_criterion(std::vector<char *> &words, int k, JoinRu
     if (k == (int) words.size() || strcmp(words[k], name) != 0) return value;
     if (k + 1 == (int) words.size() || !is_number(words[k + 1], value) ||
         !(value > 0.0 && value < most))
-      error->all(FLERR, "Pair style evp/lj: {} of contact join must be {}", name, rule);
+      error->all(FLERR, "Pair style evp/lj: {} of contact join must be {}, got {}", name, rule,
+                 k + 1 == (int) words.size() ? "nothing" : words[k + 1]);
     words.erase(words.begin() + k, words.begin() + k + 2);
     return value;
   };
@@ -136,6 +137,13 @@ void PairEVPLJ::settings(int narg, char **arg)
     words.erase(words.begin() + k + 2);
     take_joining_criterion(words, k + 2, chosen.join);
   }
+  for (const char *const word : words)
+    if (strcmp(word, "exposure") == 0 || strcmp(word, "pressure") == 0)
+      error->all(
+          FLERR,
+          "Pair style evp/lj: '{}' must stand in contact join [BETA] all exposure Y0 [pressure "
+          "S0], once",
+          word);
   for_each_keyword(
       error, "Pair style evp/lj", (int) words.size(), words.data(),
       {"contact", "overlap", "plasticity", "break", "update"}, " and ", [&](const Keyword &word) {

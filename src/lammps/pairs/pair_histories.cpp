@@ -28,7 +28,6 @@ void PairHistories::begin_run(BondStore *records_in, PerAtomComm *exchange_in, b
   ends.criteria.clear();
   begins.within = rules.join.within * rules.join.within;
   begins.apart = APART * APART * begins.within;
-  begins.asks = rules.join.has_criterion();
   every = rules.update_every(effects.any(&Effect::updates_each_step));
 }
 
@@ -148,6 +147,7 @@ void PairHistories::update_effects(Sharing when)
     one.update_effect();
   });
   share(when);
+  if (when == Sharing::UPDATED && joining) join_bodies();
 }
 
 void PairHistories::commit()
@@ -249,35 +249,32 @@ void PairHistories::add_contact(int i, const PackedPair &bond, double d, const S
     contacts.join.back() |= PairList::NOT_BEFORE_APART;
 }
 
-// Contact k, which is near enough
-bool PairHistories::may_join(int k) const
+bool PairHistories::is_barred(int k) const
 {
   const int i = lists.contacts.owner_of(k), j = lists.contacts.j[k];
-  for (const FailureCriterion *const one : ends.criteria)
-    if (one->bars_joining(i, j)) return false;
-  if (!(lists.contacts.join[k] & PairList::OF_TWO_BODIES)) return true;
-  const Vector r = owners.has(j) ? owners.between(i, j) : Vector(atom->x[j]) - Vector(atom->x[i]);
-  return joining && joining->may_join(i, j, r);
+  return std::any_of(ends.criteria.begin(), ends.criteria.end(),
+                     [i, j](const FailureCriterion *one) {
+                       return one->bars_joining(i, j);
+                     });
 }
 
 void PairHistories::leave_out_barred()
 {
-  if (ends.criteria.empty() && !begins.asks) return;
+  if (ends.criteria.empty()) return;
   size_t kept = 0;
   for (size_t n = 0; n < begins.found.size(); n++) {
-    const int k = begins.found[n];
-    if (!may_join(k)) continue;
+    if (is_barred(begins.found[n])) continue;
     begins.squared_distances[kept] = begins.squared_distances[n];
-    begins.found[kept++] = k;
+    begins.found[kept++] = begins.found[n];
   }
   begins.found.resize(kept);
   begins.squared_distances.resize(kept);
 }
 
-// likewise. A contact that repels goes on to do so, as far as the bond holds; what it has stored beyond that is lost
+// likewise
 void PairHistories::begin_bonds()
 {
-  PairList &bonds = lists.bonds, &contacts = lists.contacts;
+  PairList &contacts = lists.contacts;
   for (const int k : begins.released) contacts.join[k] &= ~PairList::NOT_BEFORE_APART;
   for (const int k : begins.entered) contacts.join[k] |= PairList::NOT_BEFORE_APART;
   leave_out_barred();
@@ -285,35 +282,74 @@ void PairHistories::begin_bonds()
     const int k = begins.found[n], i = contacts.owner_of(k);
     const PackedPair contact = contacts.pair(k);
     const double d = std::sqrt(begins.squared_distances[n]);
-    const int law = coefficients.within_body(contact.law);
-    const double alpha = coefficients.law(law).row.alpha;
-    const double dlim = alpha * sum_radii(i, contact.j);
-    const bool was_asked = contacts.join[k] & PairList::OF_TWO_BODIES;
-    const double limit = lists.limit_of(bonds, coefficients.law(law).own_limit, i, contact.j);
-    const double pressed = std::max(0.0, 1.0 - d * contact.inv_deq);
-    const double deq = d / (1.0 - std::min(pressed, limit));
-    demand_room(bonds, 1, error);
-    bonds.set(bonds.size(), contact.j, deq, dlim, law);
-    bonds.limit[bonds.size()] = limit;
-    bonds.add_row(i, 1);
-    if (bonds.joins) bonds.join.back() = PairList::HAS_JOINED;
-    const PackedPair bond = bonds.pair(bonds.size() - 1);
-    const Stored before = coefficients.law(contact.law).state(d * contact.inv_deq, contact).stored,
-                 now = coefficients.law(law).state(d * bond.inv_deq, bond).stored;
-    const EndingPair pair = {
-        k, i, contact.j, {before.elastic - now.elastic, before.second - now.second}};
-    effects.for_each([&](Effect &one) {
-      one.contact_joins(pair);
-    });
-    journal.push_back({i, contact.j, atom->tag[contact.j], deq / lists.growth_of(i, contact.j),
-                       PairEvent::BEGAN});
-    note_event(i, contact.j, atom->tag[contact.j], BondEvent::JOINED);
-    if (!was_asked && d < contact.cut * rules.join.within / APART && !is_copy(i, contact.j))
-      jumps++;
+    if (d < contact.cut * rules.join.within / APART && !is_copy(i, contact.j)) jumps++;
+    begin_bond(k, i, d);
   }
   contacts.remove(begins.found);
   if (!begins.found.empty()) lists.build++;
   begins.clear();
+}
+
+// A contact that repels goes on to do so, as far as the bond holds; what it has stored beyond that is lost. Returns the force that is
+// lost
+double PairHistories::begin_bond(int k, int i, double d)
+{
+  PairList &bonds = lists.bonds;
+  const PackedPair contact = lists.contacts.pair(k);
+  const int law = coefficients.within_body(contact.law);
+  const double limit = lists.limit_of(bonds, coefficients.law(law).own_limit, i, contact.j);
+  const double pressed = std::max(0.0, 1.0 - d * contact.inv_deq);
+  const double deq = d / (1.0 - std::min(pressed, limit));
+  demand_room(bonds, 1, error);
+  bonds.set(bonds.size(), contact.j, deq, coefficients.law(law).row.alpha * sum_radii(i, contact.j),
+            law);
+  bonds.limit[bonds.size()] = limit;
+  bonds.add_row(i, 1);
+  if (bonds.joins) bonds.join.back() = PairList::HAS_JOINED;
+  const PackedPair bond = bonds.pair(bonds.size() - 1);
+  const PairState before = coefficients.law(contact.law).state(d * contact.inv_deq, contact),
+                  now = coefficients.law(law).state(d * bond.inv_deq, bond);
+  const EndingPair pair = {
+      k,
+      i,
+      contact.j,
+      {before.stored.elastic - now.stored.elastic, before.stored.second - now.stored.second}};
+  effects.for_each([&](Effect &one) {
+    one.contact_joins(pair);
+  });
+  journal.push_back(
+      {i, contact.j, atom->tag[contact.j], deq / lists.growth_of(i, contact.j), PairEvent::BEGAN});
+  note_event(i, contact.j, atom->tag[contact.j], BondEvent::JOINED);
+  return before.force - now.force;
+}
+
+// Collective, at an update in a run, before its forces: contacts of two bodies that meet the criterion. Whether they have been apart
+// does not matter, as that keeps those from joining that are near without a reason
+void PairHistories::join_bodies()
+{
+  find_owners();
+  step_work.begin(lists, effects, *exchange);
+  PairList &contacts = lists.contacts;
+  const auto *const x = scene::rows(atom->x);
+  std::vector<int> joined;
+  double dissipated = 0.0;
+  for (const PackedRow &row : contacts.rows)
+    for (int k = row.first; k < row.last; k++) {
+      if (!(contacts.join[k] & PairList::OF_TWO_BODIES)) continue;
+      const int i = row.i, j = contacts.j[k];
+      const PlacedPair p{contacts.pair(k), i, k, k, PairGeometry(x, i, j)};
+      const Vector r = owners.has(j) ? owners.between(i, j) : Vector(p.g);
+      if (dot(r, r) > begins.within * p.cutsq || is_barred(k) || !joining->may_join(i, j, r))
+        continue;
+      const double lost = begin_bond(k, i, std::sqrt(dot(r, r)));
+      dissipated -= rank_share(j, lists.nreact) * step_work.of(p, lost);
+      joined.push_back(k);
+    }
+  contacts.remove(joined);
+  if (!joined.empty()) lists.build++;
+  effects.for_each([dissipated](Effect &one) {
+    one.add_dissipated(dissipated);
+  });
 }
 
 // each on the ranks of both of its atoms, of which that of the lower ID notes the event

@@ -9,6 +9,7 @@
 #include "lammps/bonds/event_file.h"
 #include "lammps/pairs/effect.h"
 #include "lammps/pairs/pair_types.h"
+#include "lammps/pairs/step_work.h"
 
 #include "atom.h"
 
@@ -25,7 +26,7 @@ class PairHistories : protected Pointers {
                 const PairRules &rules_in, const PairTypes &types_in, const Effects &effects_in) :
       Pointers(lmp),
       lists(lists_in), coefficients(coefficients_in), rules(rules_in), types(types_in),
-      effects(effects_in)
+      effects(effects_in), step_work(lmp)
   {
   }
 
@@ -153,6 +154,7 @@ class PairHistories : protected Pointers {
   EndingBonds ends;
   BeginningBonds begins;
   const JoiningCriterion *joining = nullptr;
+  StepWork step_work;
   std::vector<PairEvent>
       journal;    // what the records have not been told; between two tellings bonds that have ended
   std::vector<UnlistedBond> unlisted;
@@ -183,8 +185,10 @@ class PairHistories : protected Pointers {
   void end_bonds();
   void end_unlisted_bonds();
   void begin_bonds();
-  bool may_join(int k) const;
+  bool is_barred(int k) const;
   void leave_out_barred();
+  double begin_bond(int k, int i, double d);
+  void join_bodies();
   void apply(const PairEvent &);
   void return_due();
   void send_to_owners();

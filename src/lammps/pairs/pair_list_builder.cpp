@@ -103,7 +103,7 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
   const double closest = std::max(1.0 - rules.overlap, COINCIDENT);
   const bool joins = rules.joins(), looks_first = input.looks_first;
   const double inside = APART * rules.join.within;
-  const bool join_all = rules.joins_bodies_at_once(), asks = rules.join.has_criterion();
+  const bool join_all = rules.joins_bodies_at_once();
   const bool notes_joined = lists.bonds.joins;
   const double skin = neighbor->skin;
   std::vector<char> &join = lists.contacts.join, &has_joined = lists.bonds.join;
@@ -149,9 +149,8 @@ EVP_INLINE void PairListBuilder::pack_row(const Input &input, const View &view, 
                    : rules.of_contact(sum_radii, dlim, divided);
       if (kept) span.deq = std::min(span.deq, kept->deq);
       if (joins) {
-        const bool is_inside = looks_first
-            ? dsq <= inside * inside * sum_radii * sum_radii && !(divided && asks)
-            : kept && kept->kind == Remembered::INSIDE;
+        const bool is_inside = looks_first ? dsq <= inside * inside * sum_radii * sum_radii
+                                           : kept && kept->kind == Remembered::INSIDE;
         join.push_back((char) ((divided && !join_all ? PairList::OF_TWO_BODIES : 0) |
                                (is_inside ? PairList::NOT_BEFORE_APART : 0)));
       }

@@ -88,7 +88,10 @@ void Plasticity::set_limits(bool keeps_below)
 {
   PairLists &lists = pairs.lists();
   double dissipated = 0.0;
-  find_velocities(keeps_below);
+  if (keeps_below)
+    step_work.begin(lists, pairs.effects, pairs.exchange());
+  else
+    step_work.skip();
   for (PairList *list : {&lists.bonds, &lists.contacts}) {
     for (const PackedRow &row : list->rows)
       for (int n = row.first; n < row.last; n++) {
@@ -102,29 +105,6 @@ void Plasticity::set_limits(bool keeps_below)
     pairs.effects.for_each([&](Effect &other) {
       other.add_dissipated(dissipated);
     });
-}
-
-// Collective. Of atoms and ghosts, where someone asks what has been dissipated in a step; else none
-void Plasticity::find_velocities(bool keeps_below)
-{
-  const bool asked =
-      keeps_below && update->whichflag == 1 && pairs.effects.any(&Effect::takes_dissipated);
-  velocities.resize(asked ? pairs.lists().nall : 0);
-  if (!asked) return;
-  for (int i = 0; i < pairs.lists().nlocal; i++) std::copy_n(atom->v[i], 3, velocities[i]);
-  if (update->ntimestep == update->firststep + 1)
-    pairs.exchange().forward_comm(velocities);    // a box that deforms is still that of the set-up
-  else
-    pairs.exchange().forward_comm_velocities(velocities);
-}
-
-// The half step that led here had the force of before, the other half has that of now. Work is done by the mean of both, and what
-// is missing to that of the force of before is no dissipation [energy]
-double Plasticity::work_in_step(const PlacedPair &p, double force_lost) const
-{
-  if (velocities.empty() || p.is_past_cutoff()) return 0.0;
-  const Vector parting = Vector(velocities[p.i]) - Vector(velocities[p.j]);
-  return -0.5 * force_lost * update->dt * dot(p.g, parting) / p.distance();
 }
 
 // At the distance of now: what a pair stores beyond its limit is dissipated. It adds to the plastic strain, but not to one that was
@@ -144,7 +124,7 @@ double Plasticity::keep_below_limit(PairList &list, int i, int n, double before)
     sums.add(i, p.j, nreact, FlowSums::SLIP, std::fabs(log_of_ratio(now.inv_deq, p.inv_deq)));
   sums.add(i, p.j, nreact, FlowSums::WORK, 0.5 * dissipated);
   list.inv_deq[n] = now.inv_deq;
-  return rank_share(p.j, nreact) * (dissipated - work_in_step(p, then.force - now.force));
+  return rank_share(p.j, nreact) * (dissipated - step_work.of(p, then.force - now.force));
 }
 
 void Plasticity::commit()

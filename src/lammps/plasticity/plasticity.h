@@ -3,6 +3,7 @@
 
 #include "lammps/pairs/effect.h"
 #include "lammps/pairs/pair_data.h"
+#include "lammps/pairs/step_work.h"
 
 #include <vector>
 
@@ -11,7 +12,7 @@ namespace EVP {
 /// Permanent flow ('plasticity isotropic'): deq moves, and spheres harden by their plastic strain.
 class Plasticity final : public Effect, protected Pointers {
  public:
-  Plasticity(LAMMPS *lmp, PairData &pair_data) : Pointers(lmp), pairs(pair_data) {}
+  Plasticity(LAMMPS *lmp, PairData &pair_data) : Pointers(lmp), pairs(pair_data), step_work(lmp) {}
 
   void pairs_packed(const NeighList *) override { sums.reset(pairs.lists().nall); }
 
@@ -33,8 +34,8 @@ class Plasticity final : public Effect, protected Pointers {
   PairData &pairs;
   FlowSums sums;
   std::vector<double> work;    // of own atoms, since the last time
-  AtomValues velocities{3};    // half a step ago, of atoms and ghosts; or empty
-  bool were_given = false;     // strains, since the last update
+  StepWork step_work;
+  bool were_given = false;    // strains, since the last update
 
   bool weakens() const { return pairs.effects.any(&Effect::weakens_bonds); }
   void collect_sums();
@@ -43,8 +44,6 @@ class Plasticity final : public Effect, protected Pointers {
     sums.add(pair.i, pair.j, pairs.lists().nreact, FlowSums::ENDED, change);
   }
   void set_limits(bool keeps_below);
-  void find_velocities(bool keeps_below);
-  double work_in_step(const PlacedPair &, double force_lost) const;
   double keep_below_limit(PairList &, int i, int n, double before);
 };
 
