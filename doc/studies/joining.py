@@ -32,7 +32,8 @@ class Splat(NamedTuple):
 
 def splat_of(text):
     """Of the lines at the end of in.spray; RunError where they are not there."""
-    found = re.search(r"temperature of a sphere (\S+) K.*height (\S+) and width (\S+) of the first.*crater (\S+);.*the particle (?:sticks, joints with the plate: (\d+)|rebounds at (\S+) m/s)", text, re.S)
+    found = re.search(r"temperature of a sphere (\S+) K.*height (\S+) and width (\S+) of the first.*crater (\S+);.*"
+                      r"the particle (?:sticks, joints with the plate: (\d+)|rebounds at (\S+) m/s)", text, re.S)
     if not found:
         raise RunError(f"in.spray did not come to its end:\n{text[-1000:]}")
     temperature, height, width, crater, joints, speed = found.groups()

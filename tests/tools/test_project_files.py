@@ -175,7 +175,7 @@ def test_about_twelve_choices_which_one_command_prints(name):
     assert 3 < len(found) <= 13
     printed = re.search(rf"^evp_choices +{re.escape(name)} (?!implied)((?:.*&\n)*.*)$", TEXT[name], flags=re.M)[1].replace("&\n", "")
     *printed, last = printed.split()
-    assert {re.match(r"\w*", word)[0] for word in printed if "?" not in word} - {"coeff_ball", "coeff_right"} == set(found) and last == "only"
+    assert {re.match(r"\w*", word)[0] for word in printed if "?" not in word} - {"coeff_ball", "coeff_particle", "coeff_right"} == set(found) and last == "only"
     body = TEXT[name].partition(" only\n")[2]
     body += included(body)
     assert all("# " in line and re.search(rf"\$\{{{choice}\}}|\bv_{choice}\b", body) for choice, line in found.items()), "each is explained and used"
