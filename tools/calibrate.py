@@ -96,8 +96,8 @@ def damage_of(text):
     """The five numbers of --damage."""
     found = [float(word) for word in text.split()]
     found += [0.0] * (5 - len(found) if len(found) == 3 else 0)
-    if len(found) != 5 or not all(map(math.isfinite, found)) or min(found[0], found[1], found[3], found[4]) < 0.0:
-        raise argparse.ArgumentTypeError(f"expected D1 D2 D3 or D1 D2 D3 D4 D5, all but D3 at least 0, got {text}")
+    if len(found) != 5 or not all(map(math.isfinite, found)) or min(found[0], found[1], found[4]) < 0.0:
+        raise argparse.ArgumentTypeError(f"expected D1 D2 D3 or D1 D2 D3 D4 D5, all but D3 and D4 at least 0, got {text}")
     if found[2] > 0.0:
         raise argparse.ArgumentTypeError(f"D3 is negative where a metal is less ductile under tension: some codes have the other sign, got {text}")
     return tuple(found)

@@ -96,7 +96,7 @@ WORDS = {
         ("damage 0.1 0.1 1.5 0 0", "damage_d3 must be zero or negative, as a metal is less ductile under tension (tables that take compression as positive have the other sign), got 1.5"),
         ("damage 0.1 0.1 -1 0.01 0", "damage with D4 needs rate C RATE0 in front of it"), ("damage 0.1 0.1 -1 0 1", "damage with D5 needs soften TREF TMELT M in front of it"),
         *((f"rate 0.01 1 soften 298 775 1 damage {words}", f"{key} must be zero or positive, got -1") for words, key in (
-            ("-1 0 0 0 0", "damage"), ("0 -1 0 0 0", "damage_d2"), ("0 1 0 -1 0", "damage_d4"), ("0 1 0 0 -1", "damage_d5"))),
+            ("-1 0 0 0 0", "damage"), ("0 -1 0 0 0", "damage_d2"), ("0 1 0 0 -1", "damage_d5"))),
         ("rupture -1", "rupture must be zero or positive, got -1"), ("rupture energy 0", "rupture energy must be positive, got 0"), ("rupture energy", "keyword rupture energy needs a value"),
         ("rupture 1 rupture energy 1", "keyword rupture of a row is given twice: leave one out"), ("rupture work 1", f"rupture {NUMBER} 'work'"),
         *((f"flow {points}", f"flow needs 1 to 32 points of two numbers, plastic strain and limit over xi_s, got {count} numbers")

@@ -34,6 +34,11 @@ TEST(Failure, StrainByHand)
   EXPECT_DOUBLE_EQ(failing::strain_at_failure(row, 1.0 / 3.0, 0.5, 0.0), tension);
   EXPECT_NEAR(failing::strain_at_failure(row, 1.0 / 3.0, 1000.0, 0.5),
               tension * (1.0 + 0.014 * std::log(1000.0)) * 1.56, 1e-14 * tension);
+  Row brittle = row;    // the faster
+  brittle.damage_d4 = -0.015;
+  EXPECT_NEAR(failing::strain_at_failure(brittle, 1.0 / 3.0, 1000.0, 0.0),
+              tension * (1.0 - 0.015 * std::log(1000.0)), 1e-14 * tension);
+  EXPECT_DOUBLE_EQ(failing::strain_at_failure(brittle, 1.0 / 3.0, 1e300, 0.0), 0.1 * tension);
   EXPECT_DOUBLE_EQ(failing::strain_at_failure(row, 9.0, 0.0, 0.0), 0.54 + 4.89 * std::exp(-9.09));
   EXPECT_EQ(failing::homologous(row, 100.0), 0.0);
   EXPECT_DOUBLE_EQ(failing::homologous(row, 827.0), 0.5);

@@ -47,6 +47,8 @@ namespace failing {
   constexpr double MOST_TRIAXIALITY = 3.0;
   constexpr double OF_TENSION = 1.0 / 3.0;
   constexpr double LEAST_STRESS = 0.1;    ///< share of the flow stress, at initiation
+  constexpr double LEAST_BY_RATE =
+      0.1;    ///< share of the strain at failure that is left, of D4 below 0
 
   inline bool fails(const Row &row)
   {
@@ -66,8 +68,8 @@ namespace failing {
     constexpr double MOST_EXPONENT = 500.0;    // of a number that is finite
     const double s = std::min(triaxiality, MOST_TRIAXIALITY);
     const double grown = std::exp(std::min(row.damage_d3 * s, MOST_EXPONENT));
-    const double by_rate = row.damage_d4 > 0.0 && rate > row.rate_rate0
-        ? 1.0 + row.damage_d4 * std::log(rate / row.rate_rate0)
+    const double by_rate = row.damage_d4 != 0.0 && rate > row.rate_rate0
+        ? std::max(LEAST_BY_RATE, 1.0 + row.damage_d4 * std::log(rate / row.rate_rate0))
         : 1.0;
     return (row.damage_d1 + row.damage_d2 * grown) * by_rate * (1.0 + row.damage_d5 * heat);
   }

@@ -165,7 +165,6 @@ namespace rule {
   }
   inline void share_of_rate(const Row &row, const Member *self)
   {
-    not_negative(row, self);
     if (row.*self->value != 0.0 && !(row.rate > 0.0))
       throw BadInput(
           "damage with D4 needs rate C RATE0 in front of it, which says over which rate");
