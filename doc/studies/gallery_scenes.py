@@ -234,7 +234,7 @@ def stir(folder, text):
     hot = curve["turns"] > curve["turns"][-1] - 0.5
     torque, radius, depth = np.abs(curve["torque_pin"]), 0.0025 + 0.00102, 0.0025  # radius: of the pin and a sphere beside it, whose far side slips
     stress = (265e6 + 426e6) / math.sqrt(3.0)  # of 2024 at a plastic strain of 1, in shear
-    stirred, uncut = (float(value) for value in re.findall(r"^in.seam: strength (\S+) MPa", text, re.M))
+    stirred, uncut = map(float, re.search(r"^in.seam: strength (\S+) MPa .* of that of the plate, (\S+) MPa", text, re.M).groups())
     slips = (2.0 * math.pi * radius**2 * depth + 2.0 / 3.0 * math.pi * radius**3) * stress
     return [Number("N m", torque.max(), slips), Number("", torque[hot].mean() / torque.max()), Number("", curve["follow_first"][hot].mean(), 1.0),
             Number("K", curve["temperature_highest"].max(), 775.0), Number("", curve["temperature_near"][-1] / 775.0),

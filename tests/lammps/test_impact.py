@@ -72,13 +72,16 @@ def test_the_run_ends_once_the_ball_has_left(tmp_path, bodies, choices, left):
 
 @pytest.mark.parametrize("contact, sticks", [("join 1.2 all", True), ("join", False), ("literal", False)])
 def test_a_ball_that_sticks_is_said_to(tmp_path, bodies, contact, sticks):
-    """Where contact join joins bodies; it is pulled back, and no longer run would let it leave. Without, also where the run ends early, nothing pulls."""
-    choices = {"contact": contact, "speed": 300, **({} if contact == "join 1.2 all" else {"time": 2e-5}), **({"plasticity": "none"} if contact == "literal" else {})}
+    """Where contact join joins bodies; it is pulled back, and no longer run would let it leave. Without, also where the run ends early, nothing pulls.
+    The run ends at its time, also with a timestep that becomes shorter."""
+    (tmp_path / "step.lmp").write_text("fix step all dt/evp 20 0.1\n", encoding="utf-8")
+    choices = {"contact": contact, "speed": 300, **({} if contact == "join 1.2 all" else {"time": 2e-5, "also": "step.lmp"}), **({"plasticity": "none"} if contact == "literal" else {})}
     _, _, found = run("in.impact", tmp_path, **bodies, **choices)
     force = read_csv(tmp_path / "run.csv")["force"]
     said = re.search(r"NOTE: the ball sticks to the plate, or has not torn off yet: .* by up to (\S+) N;", found.stdout)
     assert bool(said) == sticks == (force.min() < -1e-3 * force.max()) != ("WARNING: the run ends before the ball has left the plate" in found.stdout)
     assert not sticks or float(said[1]) == pytest.approx(-force.min(), rel=1e-3)
+    assert sticks or read_csv(tmp_path / "run.csv")["time"][-1] == pytest.approx(2e-5, rel=0.02)
 
 
 def test_a_metal_flows_inside_and_not_where_it_touches(tmp_path, bodies):
