@@ -69,6 +69,9 @@ struct Row {
 
   /// Does the row name the bodies that it holds for? Both or none: parse_row() sees to that.
   bool is_scaled() const { return spacing > 0.0; }
+
+  /// Flow stress of a sphere whose bonds flow at this strain [pressure], which is infinite without a row; 0 without `yield`.
+  double flow_stress(double limit) const { return yield > 0.0 ? yield * limit / xi_s : 0.0; }
 };
 
 /// m - n must be at least this, and this share of m: the force is a difference of s^m and s^n, which

@@ -146,8 +146,7 @@ void Failure::stress_known(int i, const SphereStress &stress)
   }
   if (own.omega < 1.0 || own.stress > 0.0) return;
   const double p = pairs.store().sphere(i).p;
-  const double flow_stress = row.yield > 0.0 ? row.yield * pairs.limit_of(i)(p) / row.xi_s : 0.0;
-  own.stress = std::max(size, failing::LEAST_STRESS * flow_stress);
+  own.stress = std::max(size, failing::LEAST_STRESS * row.flow_stress(pairs.limit_of(i)(p)));
 }
 
 // of one that has begun to fail nothing hardens, and the damage is lost

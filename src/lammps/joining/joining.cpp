@@ -141,7 +141,7 @@ void Joining::stress_known(int i, const SphereStress &stress)
   const Row &row = rows[pairs.atoms()->type[i]];
   if (!(row.yield > 0.0)) return;    // of another pair style
   const double limit = pairs.limit_of(i)(pairs.store().sphere(i).p, factors[i]),
-               flow_stress = row.yield * limit / (row.xi_s * yield_factors.of(i));
+               flow_stress = row.flow_stress(limit / yield_factors.of(i));
   for (int c = 0; c < NSTRESS; c++) stresses[i].stress[c] = stress.mean[c] / flow_stress;
 }
 

@@ -91,11 +91,8 @@ void YieldCondition::begin_update()
   strains.resize(nlocal);
   flow_stresses.resize(nlocal);
   for (int i = 0; i < nlocal; i++) {
-    const Row &row = row_of(i);
     strains[i] = pairs.store().sphere(i).p;
-    flow_stresses[i] = row.yield > 0.0    // where a type has no row its limit is infinite
-        ? row.yield * pairs.limit_of(i)(strains[i], factors[i]) / row.xi_s
-        : 0.0;
+    flow_stresses[i] = row_of(i).flow_stress(pairs.limit_of(i)(strains[i], factors[i]));
   }
 }
 
