@@ -177,7 +177,7 @@ def page(found, strength):
     peak = np.convolve(seam.torque, np.full(5, 0.2), "valid").max()
     torque = {name: -found[name].last("torque_pin") for name in ("short", "seed", "slow", "cold")}
     one, two = (-found[name].between("torque_pin", 0.03, 0.1) for name in ("one_rank", "two_ranks"))
-    peclet, inertia = re.search(r"Peclet number of the pin (\S+), inertia: rho v\^2 is (\S+) ", seam.text).groups()
+    period, peclet, inertia = re.search(r"a turn takes (\S+) s,.* Peclet number of the pin (\S+), inertia: rho v\^2 is (\S+) ", seam.text).groups()
     wake = (("", "void share", "solid fraction", "least of its columns", "spheres out"),
             [(label, f"{100 * void:.2f} %", f"{solid:.3f}", f"{least:.3f}", f"{100 * out:.2f} %") for label, (void, solid, least, out) in (
                 ("two plates, after nine turns", measures["seam"]), ("one plate with a shoulder that sticks as the pin does, after five", measures["sticks"]))])
@@ -188,7 +188,7 @@ def page(found, strength):
     width = float(found["apart"].state["y"][found["apart"].state["type"] == 1].max()) - 2.1 * d - PIN  # from the first layer to the clamps
     places = [1e3 * (PIN + d + (k - 0.5) * width / 5.0) for k in range(1, 6)]
     first = {name: found[name].between("follow_first", 0.3, 0.6) for name in ("alone", "slips")}
-    return {"period": f"{1e3 * float(re.search(r'a turn takes (\S+) s', seam.text)[1]):.2f}", "places": f"{', '.join(f'{place:.1f}' for place in places[:-1])} and {places[-1]:.1f}",
+    return {"period": f"{1e3 * float(period):.2f}", "places": f"{', '.join(f'{place:.1f}' for place in places[:-1])} and {places[-1]:.1f}",
             "turns": rows_by_turn(seam), "wake": wake, "pulls": pulls, "d": f"{1e3 * d:.2f}", "pin": f"{1e3 * PIN:g}", "depth": f"{1e3 * DEPTH:g}",
             "first": f"{seam.last('follow_first', 8.0):.2f}", "second": f"{seam.last('follow_second', 8.0):.2f}", "sticks": f"{first['alone']:.2f}", "slips": f"{first['slips']:.2f}",
             "cold_torque": f"{cold_torque:.0f}", "outside": f"{slip_torque(d):.0f}", "outside_ratio": f"{cold_torque / slip_torque(d):.2f}",
