@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Times pair style evp/lj beside other styles for the same bodies, and writes the tables of doc/performance.md.
 
-    doc/studies/bench.py [--repeats 5] [--sections lattice bonds build random effects scale ranks] [--ranks 2] [--million] [--quick]
+    doc/studies/bench.py [--repeats 5] [--sections lattice bonds build random effects scale ranks messages] [--ranks 2] [--million] [--quick]
 
 All styles of a section run in turn, several rounds; ratios are taken within a round. A section that is not run keeps its part of
 the page. Times are those of LAMMPS' breakdown (Pair, Bond, Neigh, Comm, loop). --quick runs small bodies once, to test the tool.
@@ -209,7 +209,40 @@ def ranks_section(bench):
                        (title, n): median(value) for title, values in speed.items() for n, value in zip(bench.counts[1:], values)}
 
 
-SECTIONS = {"lattice": lattice_section, "bonds": bonds_section, "build": build_section, "effects": effects_section, "random": random_section, "scale": scale_section, "ranks": ranks_section}
+def messages_section(bench):
+    """What a rank sends in a step."""
+    counter = CHECKOUT / "build" / "unit" / "count_collectives.so"
+    if not counter.is_file():
+        raise RunError(f"no {counter}: build the tests")
+    heat = f"{scenes.HEAT}\nfix step all dt/evp 100 0.4 max 1e-3\nfix ledger all evp/energy"
+    kinds = {"lj/cut": lambda n, steps: scenes.pair_peer("lj/cut", 10, steps, scenes.LENNARD_JONES)._replace(ranks=n),
+             "evp/lj": lambda n, steps: scenes.ours("evp/lj", 10, steps, ranks=n),
+             "evp/lj, all of a forming scene and heat": lambda n, steps: scenes.ours(
+                 "forming", 10, steps, contact="repulsive", row=scenes.CROSSING, rules=scenes.PLASTIC, more=f"{scenes.VOLUME}\n{heat}", ranks=n)}
+    rows, found = [], {}
+    for name, scene in kinds.items():
+        cells = []
+        for n in (2, 4, 8):
+            few, many = (counted(scene(n, steps), bench.folder, counter) for steps in (100, 300))
+            reductions, messages = ((after - before) / 200 for before, after in zip(few, many))
+            cells += [f"{messages:.2f}", f"{reductions:.2f}"]
+            found[f"{name}, messages", n], found[f"{name}, reductions", n] = messages, reductions
+        rows.append((name, *cells))
+    header = ("pair style", *(f"{what} on {n} MPI ranks" for n in (2, 4, 8) for what in ("messages", "reductions")))
+    return ["### Messages\n\nOf the first rank, in a step without a neighbor build: the lattice of 4000 spheres. A reduction goes over all ranks; from 2 to 8 ranks their number stays.\n", *table(header, rows)], found
+
+
+def counted(scene, folder, counter):
+    """Reductions and messages of the first rank in a whole run."""
+    count = folder / "count.txt"
+    (folder / "scene.lmp").write_text(scene.deck, encoding="utf-8")
+    preloaded = ["env", f"LD_PRELOAD={counter}", f"EVP_COUNT_COLLECTIVES={count}"]
+    output_of([*preloaded, *deck_command("scene.lmp", {}, scene.ranks)], folder, f"scene '{scene.name}'")
+    return [int(number) for number in count.read_text(encoding="utf-8").split()]
+
+
+SECTIONS = {"lattice": lattice_section, "bonds": bonds_section, "build": build_section, "effects": effects_section, "random": random_section, "scale": scale_section, "ranks": ranks_section,
+            "messages": messages_section}
 
 
 def summary(rows):

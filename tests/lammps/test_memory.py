@@ -80,7 +80,7 @@ def counted(tmp_path, monkeypatch):
             preloaded.setenv("LD_PRELOAD", str(counter))
             preloaded.setenv(f"EVP_COUNT_{what.upper()}", str(tmp_path / "count.txt"))
             run_lammps(deck, 1, {}, tmp_path).ok()
-        return int((tmp_path / "count.txt").read_text())
+        return int((tmp_path / "count.txt").read_text().split()[0])
 
     return count
 
