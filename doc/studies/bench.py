@@ -229,7 +229,9 @@ def messages_section(bench):
             found[f"{name}, messages", n], found[f"{name}, reductions", n] = messages, reductions
         rows.append((name, *cells))
     header = ("pair style", *(f"{what} on {n} MPI ranks" for n in (2, 4, 8) for what in ("messages", "reductions")))
-    return ["### Messages\n\nOf the first rank, in a step without a neighbor build: the lattice of 4000 spheres. A reduction goes over all ranks; from 2 to 8 ranks their number stays.\n", *table(header, rows)], found
+    return ["### Messages\n",
+            "Of the first rank, in a step without a neighbor build: the lattice of 4000 spheres. A reduction goes over all ranks; from 2 to 8 ranks their number stays.\n",
+            *table(header, rows)], found
 
 
 def counted(scene, folder, counter):
