@@ -6,9 +6,11 @@ import signal
 import sys
 
 import body
+import numpy as np
 import pytest
 import quickstart
-from evp import run
+from evp import flow, run
+from evp.report import write_csv
 from inputs import call, program
 
 
@@ -41,10 +43,24 @@ def test_a_failed_run_ends_all_with_lammps_own_error(lmp, tmp_path, monkeypatch)
     message = failed.stderr
     assert failed.returncode == 1 and message.startswith("quickstart.py: error: "), message
     assert "ERROR: no such style (a.cpp:1)" in message and "not this echo" not in message
-    assert re.search(r"in\.(two_spheres|specimen) failed \(exit 1\)(.|\n)*/\1\.log", message), "whichever ended first"
+    assert re.search(r"in\.(two_spheres|specimen) failed \(exit 1\)(.|\n)*/(\1|periodic)\.log", message), "whichever ended first"
     monkeypatch.setenv("EVP_LMP", str(tmp_path / "nowhere"))
     message = call(quickstart.main, "--out", tmp_path / "none").stderr
     assert "nowhere" in message and "tools/setup.sh" in message, "a missing program is named"
+
+
+def test_metal_is_drawn_beside_the_flow_curve_of_its_row(tmp_path, capsys):
+    """Of a run that is 3 % above it: A + B p^n of the row, at the points of its table."""
+    target = flow.of_row(quickstart.METALS, quickstart.METAL)
+    assert target.stress == pytest.approx(265e6 + 426e6 * target.plastic**0.34, rel=1e-4)
+    strain = np.array([0.0, 5e-4, *np.linspace(0.012, 0.2, 40)])
+    stress = np.array([0.0, 365e5, *1.03 * target.true_stress(strain[2:], 73e9)])
+    write_csv(tmp_path / "metal.csv", ("strain", "stress", "volume_change"), zip(strain, stress, 0 * strain))
+    quickstart.draw_metal(tmp_path)
+    assert f"{quickstart.METAL}: true stress +3.0 to +3.0 % off" in capsys.readouterr().out
+    assert (tmp_path / "metal.png").stat().st_size > 1000 and "flow curve,20,50" in (tmp_path / "metal.png.csv").read_text(encoding="utf-8")
+    with pytest.raises(ValueError, match="no row iron with flow and yield"):
+        flow.of_row(quickstart.METALS, "iron")
 
 
 def test_without_an_error_line_the_end_of_the_log_is_shown(lmp, tmp_path):

@@ -5,6 +5,8 @@ True strain = true stress/E + plastic strain. Plastic flow keeps the volume: nom
 strain = exp(true strain) - 1, with negative strains in compression. The elastic change of the cross-section, 2 nu stress/E of it, is left out.
 """
 
+import itertools
+import pathlib
 from typing import NamedTuple
 
 import numpy as np
@@ -65,6 +67,17 @@ def johnson_cook(a, b, n):
     """Johnson-Cook's A + B p^n [Pa] at its reference rate and temperature."""
     plastic = np.concatenate([[0.0], np.geomspace(1e-6, FAR, 400)])
     return FlowCurve(plastic, a + b * plastic**n, FAR)
+
+
+def of_row(path, name):
+    """The curve of a row of a potential file by its keywords flow and yield; ValueError where there is no such row."""
+    rows = (line.split() for line in pathlib.Path(path).read_text(encoding="utf-8").splitlines())
+    words = next((row for row in rows if row[:1] == [name] and {"flow", "yield"} <= set(row)), None)
+    if words is None:
+        raise ValueError(f"{path} has no row {name} with flow and yield")
+    table = itertools.takewhile(lambda word: word[0] in "0123456789.", words[words.index("flow") + 1:])
+    plastic, factor = np.array([float(word) for word in table]).reshape(-1, 2).T
+    return FlowCurve(plastic, factor * float(words[words.index("yield") + 1]), plastic[-1])
 
 
 def through(modulus, first, points):
