@@ -247,7 +247,7 @@ def show_rate_shares(args):
               f"({1e-6 * s.viscous:.3f} +- {1e-6 * s.resolution:.3f} MPa, {1e-6 * s.inertial:.3f} MPa)")
     if max(places) > ELASTIC_END:
         print("+- is the vibration of the twin; beyond the elastic part the pairs that only one of the runs lost or met count as viscous too, "
-              "see doc/Howto_evp.rst")
+              "see doc/Howto_evp_paper.rst")
 
 
 def parser():

@@ -40,6 +40,12 @@ def table(header, rows):
     return [lines[0], "|" + "---|" * len(header), *lines[1:]]
 
 
+def list_table(rows):
+    """Text of a table of reStructuredText, of rows of cells, the first of them the header."""
+    cells = ["".join(f"   {'*' if k == 0 else ' '} - {cell}\n" for k, cell in enumerate(row)) for row in rows]
+    return "\n.. list-table::\n   :header-rows: 1\n\n" + "".join(cells) + "\n"
+
+
 def check_drawing():
     """RunError where this LAMMPS draws no spheres: before runs whose pictures are wanted."""
     view = spheres.cameras([spheres.extents(np.zeros((1, 3)), np.ones(1), *spheres.VIEWS["iso"])], [spheres.VIEWS["iso"]], 100)
@@ -212,7 +218,7 @@ class Study:
 
     def save(self, figure, header, rows, more=""):
         """Writes figures/NAME.png beside the page, with more behind NAME, and its CSV."""
-        return figures.save(figure, self.out.parent / "figures" / f"{self.out.stem}{more}.png", header, rows)
+        return figures.save(figure, self.out.parent / "figures" / f"{self.name}{more}.png", header, rows)
 
 
 def tangent(curve, x, y):

@@ -14,7 +14,7 @@ import shutil
 import textwrap
 from typing import NamedTuple
 
-from study import CHECKOUT, check_drawing, command_line, errors_in_one_line, run_blocks, store_picture, write_between
+from study import CHECKOUT, check_drawing, command_line, errors_in_one_line, list_table, run_blocks, store_picture, write_between
 
 PAGE = CHECKOUT / "doc" / "tutorial.rst"
 PICTURES = PAGE.parent / "tutorial"
@@ -69,7 +69,7 @@ def main(argv=None):
         PAGE.write_text(text.replace(str(CHECKOUT), "~/evp"), encoding="utf-8")
         times = [(step.title.partition(". ")[2], seconds) for step, (_, seconds) in zip(found, results)]
         rows = [("step", "time [s]"), *((title, f"{seconds:.0f}") for title, seconds in [*times, ("all", sum(seconds for _, seconds in times))])]
-        write_between(PAGE, *COSTS, "\n.. list-table::\n   :header-rows: 1\n\n" + "".join(f"   * - {title}\n     - {seconds}\n" for title, seconds in rows) + "\n")
+        write_between(PAGE, *COSTS, list_table(rows))
         for name in re.findall(r"^\.\. image:: tutorial/(\S+)", text, re.M):
             store_picture(args.work / "bar" / name, PICTURES, 128)
     print(f"updated {PAGE} and {PICTURES}")

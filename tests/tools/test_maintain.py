@@ -153,7 +153,7 @@ def test_site(tmp_path):
     assert not [path for path in site.rglob("*.html") if str(CHECKOUT) in path.read_text(encoding="utf-8")], "a path of this machine"
 
     readme, gallery, decks, tools = (html(site, name) for name in ("readme", "gallery", "decks", "tools"))
-    assert 'href="Howto_evp.html"' in readme and 'href="pair_evp_lj.html"' in gallery and 'href="decks.html"' in gallery
+    assert 'href="Howto_evp_paper.html"' in readme and 'href="pair_evp_lj.html"' in gallery and 'href="decks.html"' in gallery
     assert 'href="Howto_evp_part.html"' in decks and re.search(r'href="_downloads/\w+/metals\.evp"', decks)
     pages = {path.name: path.read_text(encoding="utf-8") for path in site.glob("*.html")}
     for name, page in pages.items():

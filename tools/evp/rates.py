@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""What a strain rate adds to the stress: "Shares of a rate" in doc/Howto_evp.rst, which says what the shares are and what theory expects.
+"""What a strain rate adds to the stress: "Shares of a rate" in doc/Howto_evp_paper.rst, which says what the shares are and what theory expects.
 
 stress_grip is half of the pull at both ends, so that masses which swing to one end as a whole are
 not seen. A symmetric pull hardly makes any.

@@ -1,21 +1,22 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Bring the README's numbers and figures up to date with a run of the quick start.
+"""Bring the numbers and figures of the page on the paper up to date with a run of the quick start.
 
-    tools/quickstart.sh && doc/studies/readme.py
+    tools/quickstart.sh && doc/studies/paper.py
 
-Reads results/quickstart/summary.csv, rewrites the table between the two marker lines of README.md,
-copies the pictures with their CSV files to doc/figures, and draws the specimen there. Nothing else in the README is touched.
+Reads results/quickstart/summary.csv, rewrites the table between the two marks of doc/Howto_evp_paper.rst,
+copies the pictures with their CSV files to doc/figures, and draws the specimen there. Nothing else of the page is touched.
 """
 
 import csv
 import pathlib
 import shutil
 
-from study import CHECKOUT, command_line, errors_in_one_line, store_picture, table, write_between
+from study import CHECKOUT, command_line, errors_in_one_line, list_table, store_picture, write_between
 import view
 
-MARKS = "<!-- table: doc/studies/readme.py -->", "<!-- end of table -->"
+PAGE = CHECKOUT / "doc" / "Howto_evp_paper.rst"
+MARKS = ".. table: doc/studies/paper.py\n", ".. end of table"
 TITLES = {
     "table": "parameters",
     "rate_per_s": "rate [1/s]",
@@ -32,13 +33,13 @@ def main(argv=None):
     parser = command_line(__doc__)
     parser.add_argument("--results", type=pathlib.Path, default=CHECKOUT / "results" / "quickstart", metavar="DIR")
     args = parser.parse_args(argv)
-    with errors_in_one_line("readme.py"):
+    with errors_in_one_line("paper.py"):
         with open(args.results / "summary.csv", newline="", encoding="utf-8") as source:
             rows = list(csv.DictReader(source))
         if not rows or list(rows[0]) != list(TITLES):
             raise ValueError(f"{source.name} is not the summary of a quick start")
-        lines = table(TITLES.values(), ([row["table"].replace("table", "Table "), *list(row.values())[1:]] for row in rows))
-        write_between(CHECKOUT / "README.md", *MARKS, "\n".join(["", *lines, ""]))
+        lines = [TITLES.values(), *([row["table"].replace("table", "Table "), *list(row.values())[1:]] for row in rows)]
+        write_between(PAGE, *MARKS, list_table(lines))
         for picture in PICTURES:
             for suffix in (".png", ".png.csv"):
                 shutil.copy(args.results / (picture + suffix), FIGURES)
