@@ -36,7 +36,7 @@ def impact(runs, mu):
 
 
 def main(words=None):
-    with Study(__doc__, "friction", spheres=500).started(words) as study:
+    with Study(__doc__, "friction", "validation", spheres=500).started(words) as study:
         runs, slides, impacts = study.runs, [], []
         (runs.folder / "ball.region").write_text(f"region body sphere {BALL} 0 0 {BALL}\n", encoding="utf-8")
         runs.body("block", n=study.spheres, shape="block", length=0.02, width=0.01, height=0.01)

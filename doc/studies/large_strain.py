@@ -136,7 +136,7 @@ def page(results, layers):
 
 
 def main(words=None):
-    with Study(__doc__, "large_strain").started(words) as study:
+    with Study(__doc__, "large_strain", "validation").started(words) as study:
         found = {case: measure(case, study.runs) for case in study.each(PLAN, lambda case: case.label, lambda case: case.end * case.spheres**1.1)}
         results, layers = ({case: one[k] for case, one in found.items()} for k in (0, 1))
         strain = np.linspace(0.01, FAR.end, 500)
