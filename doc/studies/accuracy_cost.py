@@ -232,7 +232,7 @@ def shown(value):
 
 def page(rows):
     """Values of the page."""
-    settings, parts, tables = [], [], {}
+    settings, parts = [], []
     for key, scene in SCENES.items():
         picked = chosen(rows, key)
         for label in dict.fromkeys(picked.values()):
@@ -248,15 +248,11 @@ def page(rows):
             few, more, most = (statistics.mean(values) for values in sizes.values())
             parts.append((scene.title, number, f"{most:.4g}", shown(errors(rows, key, sized(rows, key))[number]), shown(max(100 * abs(value / few - 1.0) for value in sizes[scene.sizes[0]])),
                           *(f"{n}: {100 * (mean / most - 1):+.1f}" for n, mean in zip(sizes, (few, more))), scene.sizes[-1]))
-        names = [f"{number.partition(' [')[0]} [%]" for number in errors(rows, key, reference(key))]
-        tables[key] = (("setting", "run", "time [s]", "steps x spheres [million]", *names), [
-            (label, words(setting), *map(shown, cost(rows, key, label)), *(shown(value) if label != reference(key) else "reference" for value in errors(rows, key, label).values()))
-            for label, setting in scene.settings.items()])
     faster = cost(rows, "pull", "explicit 0.9")[0] / cost(rows, "pull", "implicit 0.9")[0]
     enough = [f"{min((n for n, error in errors_of_size(rows, key).items() if error <= BOUNDS['5 % (draft)']), default='more')} in '{scene.title}'" for key, scene in SCENES.items()]
     return {"enough": ", ".join(enough), "margin": MARGIN, "bodies": len(SEEDS), "spheres": ", ".join(str(scene.sizes[0]) for scene in SCENES.values()), "faster": f"{faster:.0f}",
             "viscous": shown(largest(errors(rows, "pull", "increment 0.0005"))), "vibration": shown(errors(rows, "cycle", "rate 10, 0.9")["stress at 2 % [MPa]"]),
-            "jump": shown(errors(rows, "indentation", "pace 0.1, 40 increments")["force [kN]"]), **tables,
+            "jump": shown(errors(rows, "indentation", "pace 0.1, 40 increments")["force [kN]"]),
             "settings": (("load", "error within", "run", "time [s]", "steps x spheres [million]", "error [%]", "on an unseen body [%]"), settings),
             "parts": (("load", "number", "with the most spheres", "setting [%]", "packing [%]", "fewest spheres [%]", "more [%]", "most spheres"), parts)}
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Runs the robustness tests, tests/lammps/test_robust_*.py, and writes a table of their results to doc/validation.md.
+"""Runs the robustness tests, tests/lammps/test_robust_*.py, and writes their results to doc/validation.md and, test by test, to doc/robustness.csv.
 
     tests/maintain/robustness.py [--out doc/validation.md]
 
@@ -20,20 +20,19 @@ import xml.etree.ElementTree as ElementTree
 from typing import NamedTuple
 
 import tools_path  # noqa: F401  before evp
-from study import CHECKOUT, command_line, section_marks, split_at_marks, table, write_between
+from study import CHECKOUT, command_line, section_marks, split_at_marks, write_between, write_csv
 
 FILES = sorted((CHECKOUT / "tests" / "lammps").glob("test_robust_*.py"))
 HEAD = """## Robustness tests
 
 {answer}
-Each test fails with the faults in its row: `tests/maintain/faults.py` builds the plugin with each fault and checks that.
+Each test fails with the faults in its row of [robustness.csv](robustness.csv): `tests/maintain/faults.py` builds the plugin with each fault and checks that.
 
-Written by `tests/maintain/robustness.py`; the tests are `tests/lammps/test_robust_*.py`.
+Written by `tests/maintain/robustness.py`; the tests are `tests/lammps/test_robust_*.py`. Columns of robustness.csv:
 
-- *Requirement*: what the test asserts. *Control*: what it asserts in addition, so that it cannot pass without the effect.
-- *Result*: what was measured, for each number of MPI ranks.
-- *Fails with*: faults of a build.
-
+- *requirement*: what the test asserts. *Control*: what it asserts in addition, so that it cannot pass without the effect.
+- *result*: what was measured, for each number of MPI ranks.
+- *fails with*: faults of a build.
 """
 MARKS = section_marks("robustness", "tests/maintain/robustness.py")
 CASE = re.compile(r"test_(\w+)\[(\d+)ranks(?:-(.+))?\]$")
@@ -97,12 +96,12 @@ def main(words=None):
     rows = []
     for name in dict.fromkeys(name for name, _ in results):
         shown = [f"{ranks} rank{'s' * (ranks > 1)}: {text}" for (own, ranks), (text, _) in results.items() if own == name]
-        rows.append([name, demands[name.partition(":")[0]], "<br>".join(shown).replace("|", "/"), "; ".join(FAULTS[fault].what for fault in fault_names(name))])
+        rows.append([name, demands[name.partition(":")[0]], "; ".join(shown), "; ".join(FAULTS[fault].what for fault in fault_names(name))])
     failed = sum(not right for _, right in results.values())
     ranks = ", ".join(map(str, sorted({ranks for _, ranks in results})))
     answer = f"{len(rows)} tests: " + (f"{failed} runs FAILED." if failed else f"all pass on {ranks} MPI ranks.")
-    text = HEAD.format(answer=answer) + "\n".join(table(("test", "requirement", "result", "fails with"), rows)) + "\n"
-    write_between(options.out, *MARKS, text)
+    write_between(options.out, *MARKS, HEAD.format(answer=answer))
+    write_csv(options.out.with_name("robustness.csv"), ("test", "requirement", "result", "fails with"), rows)
     print(f"{answer} {options.out}")
     return 1 if failed else 0
 
