@@ -38,6 +38,8 @@ def main(work, checksum, document):
     system = " ".join(platform.freedesktop_os_release().get(key, "") for key in ("NAME", "VERSION_ID"))
     pathlib.Path(document).write_text(f"""# Releases, compilers and integer sizes that the plugin was tested with
 
+For those with another LAMMPS or compiler.
+
 Written by `tests/maintain/releases.sh` on {datetime.date.today().isoformat()} ({system}, {platform.machine()}); sources {checksum}
 (first digits of the SHA-256 of `CMakeLists.txt cmake/*.* src/*/*.* src/*/*/*.*`). Run it again after a change.
 
