@@ -103,8 +103,8 @@ if [ -n "$build_dir" ]; then
   lammps_build=$build_dir
 else
   options=(-DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=on -DBUILD_MPI=on -DPKG_PLUGIN=on)
-  # What input scripts and tests use; where this release has it, what draws pictures since 11 Feb 2026, and reads surfaces from STL files since 4 Jul 2026.
-  packages=(GRANULAR MOLECULE BPM GRAPHICS GRANSURF)
+  # What input scripts and tests use; where this release has it, what draws pictures since 11 Feb 2026.
+  packages=(GRANULAR MOLECULE BPM GRAPHICS)
   if [ -n "$peers" ]; then
     packages+=(EXTRA-PAIR OPT)
     [ "$(uname -m)" != x86_64 ] || packages+=(INTEL)

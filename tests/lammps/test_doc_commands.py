@@ -70,7 +70,6 @@ NAMED = {
     (PART, BODY_TOOL, WALK): ("tools/body.py lammps_inputs/dog_bone.stl", "dog_bone.stl: 1152 triangles", "in.quasistatic -var specimen bone.data",
                               "tools/curves.py numbers bone.csv", "bone.csv   20.868"),
     (PART, "tests/lammps/test_doc_commands.py", "is the file plate.region of the commands above it"): ("region hole cylinder",),
-    (PART, "", "a style that LAMMPS 4Feb2025 lacks"): ("surface/global input stl",),
     (PART, "tests/lammps/test_press.py", "runs it with fewer spheres"): ("tools/tool.py lammps_inputs/wedge.stl",),
     (FRICTION, "tests/lammps/test_forming.py", "runs it on a block"): ("region          punch cone",),
     (FRICTION, "tests/lammps/test_granular.py", "runs it"): ("pair_style      hybrid evp/lj",),
