@@ -142,13 +142,11 @@ def test_heat_in_a_deck(tmp_path):
     assert rows["mean"][0] == pytest.approx(298.0, abs=0.1) and 308.0 > rows["mean"][-1] > 304.0 and rows["highest"][-1] > rows["mean"][-1]
 
 
-def test_heat_inputs_of_the_fix(tmp_path):
-    """The bar and the crystal of doc/fix_evp_heat.rst print what the page says."""
+def test_heat_input_of_the_fix(tmp_path):
+    """The crystal of doc/fix_evp_heat.rst prints what the page says."""
     page = doc_blocks.read(HEAT_FIX)
-    bar, crystal = (run_lammps(one.text, 2, {}, tmp_path).ok().thermo() for one in doc_blocks.blocks(HEAT_FIX) if "create_atoms" in one.text)
-    work, plastic, ended = (float(value) for value in re.search(r"f_heat\[1\], is ([\d.]+) J: 0.9 times the plastic work of ([\d.]+) J, plus the ([\d.]+) J", page).groups())
-    assert [bar[name][-1] for name in ("f_heat[1]", "f_energy[9]", "f_energy[11]")] == pytest.approx([work, plastic, ended], rel=0.02, abs=1.0)
-    assert bar["f_heat[1]"][-1] == pytest.approx(0.9 * bar["f_energy[9]"][-1] + bar["f_energy[11]"][-1], rel=0.003)
+    script = next(one.text for one in doc_blocks.blocks(HEAT_FIX) if "create_atoms" in one.text)
+    crystal = run_lammps(script, 2, {}, tmp_path).ok().thermo()
     power, closed = (float(value) for value in re.search(r"left layer: ([\d.]+) W\.(?s:.+?)= ([\d.]+) W", page).groups())
     measured = (crystal["c_out"][-1] - crystal["c_out"][-2]) / (crystal["Time"][-1] - crystal["Time"][-2])
     assert measured == pytest.approx(power, rel=1e-3) and power == pytest.approx(closed, rel=0.01)
