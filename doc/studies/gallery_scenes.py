@@ -242,9 +242,6 @@ def stir(folder, text):
 
 
 SCENES = {  # picture on the page: its numbers, of (folder, printed text)
-    "force_law.png": two_spheres,
-    "traction.png": pull,
-    "cyclic.png": cyclic,
     "dog_bone.png": dog_bone,
     "torsion.png": torsion,
     "bending.png": bending,
@@ -265,4 +262,7 @@ SCENES = {  # picture on the page: its numbers, of (folder, printed text)
     "sliding.png": sliding,
     "taylor.gif": taylor,
     "wall_force.png": rod,
+    "force_law.png": two_spheres,
+    "traction.png": pull,
+    "cyclic.png": cyclic,
 }
