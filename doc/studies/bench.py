@@ -6,7 +6,7 @@
 
 All styles of a section run in turn, several rounds; ratios are taken within a round. A section that is not run keeps its part of
 the page. Times are those of LAMMPS' breakdown (Pair, Bond, Neigh, Comm, loop). --quick runs small bodies once, to test the tool.
-Uses the lmp of this checkout, by tools/setup.sh --peers, or EVP_LMP and EVP_MPIRUN.
+Uses the lmp of this checkout, by tools/setup.sh --peers, or EVP_LMP and EVP_MPIRUN: with fewer than 8 cores the messages need EVP_MPIRUN="mpirun --oversubscribe".
 """
 
 import csv
@@ -61,15 +61,16 @@ def run_scene(scene, folder):
 
 
 class Bench:
-    """Rounds of scenes, with the time left on stderr. What is run: cells of the lattice, steps, spheres of the random specimen, cells of the scale, cells and spheres on ranks, numbers of ranks."""
+    """Rounds of scenes, with the time left on stderr. What is run: cells of the lattice, steps, spheres of the random specimen, cells of the scale, cells and spheres on ranks,
+    numbers of ranks, those on which messages are counted."""
 
-    cells, steps, spheres, scale, ranks, random_ranks = 20, 200, 32000, (5, 13, 20, 40), (20, 40), (32000,)
+    cells, steps, spheres, scale, ranks, random_ranks, counted = 20, 200, 32000, (5, 13, 20, 40), (20, 40), (32000,), (2, 4, 8)
 
     def __init__(self, folder, repeats, quick=False, million=False, most=2):
         self.folder, self.repeats, self.counts = pathlib.Path(folder), 1 if quick else repeats, [2**k for k in range(most.bit_length())]
         self.words = set(output_of([*lammps_command(), "-h"], folder, "lmp -h").split())  # the names of all styles among them
         if quick:
-            self.cells, self.steps, self.spheres, self.scale, self.ranks, self.random_ranks = 5, 20, 500, (5, 6), (6,), (500,)
+            self.cells, self.steps, self.spheres, self.scale, self.ranks, self.random_ranks, self.counted = 5, 20, 500, (5, 6), (6,), (500,), (2,)
         elif million:
             self.scale, self.random_ranks = (*self.scale, 63), (*self.random_ranks, 256000)
 
@@ -222,13 +223,13 @@ def messages_section(bench):
     rows, found = [], {}
     for name, scene in kinds.items():
         cells = []
-        for n in (2, 4, 8):
+        for n in bench.counted:
             few, many = (counted(scene(n, steps), bench.folder, counter) for steps in (100, 300))
             reductions, messages = ((after - before) / 200 for before, after in zip(few, many))
             cells += [f"{messages:.2f}", f"{reductions:.2f}"]
             found[f"{name}, messages", n], found[f"{name}, reductions", n] = messages, reductions
         rows.append((name, *cells))
-    header = ("pair style", *(f"{what} on {n} MPI ranks" for n in (2, 4, 8) for what in ("messages", "reductions")))
+    header = ("pair style", *(f"{what} on {n} MPI ranks" for n in bench.counted for what in ("messages", "reductions")))
     return ["### Messages\n",
             "Of the first rank, in a step without a neighbor build: the lattice of 4000 spheres. A reduction goes over all ranks; from 2 to 8 ranks their number stays.\n",
             *table(header, rows)], found
