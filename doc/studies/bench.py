@@ -22,7 +22,7 @@ from typing import NamedTuple
 from study import (CHECKOUT, DECKS, RunError, command_line, deck_command, errors_in_one_line, lammps_command, output_of, ratios, section_marks, split_at_marks, spread,
                    table, watched, write_between, write_csv)
 import bench_scenes as scenes
-from evp import figures
+from evp import efficiency, figures
 
 LOOP = re.compile(r"^Loop time of (\S+) on .* with (\d+) atoms", re.M)
 LINE = re.compile(r"^(Pair|Bond|Neigh|Comm|Modify) +\| +\S+ +\| +(\S+)", re.M)  # mean over the ranks
@@ -259,6 +259,8 @@ def summary(rows):
     if not (scale and speed_ups and factors and ("lattice", "evp/lj", "") in value):
         return []
 
+    fit = efficiency.fitted(rows)
+
     def factor(start):
         return next((f"{number:.2f}" for name, number in factors.items() if name.startswith(start)), "-")
 
@@ -269,7 +271,9 @@ def summary(rows):
             f"Run time of a step with an effect over that without it: explicit damping {factor('explicit damping')}, implicit damping {factor('implicit damping')}, "
             f"with Table 2 {factor('implicit damping of Table 2')} (with a much larger timestep, see [accuracy](accuracy_cost.md)),",
             f"plasticity isotropic {factor('plasticity isotropic, no pair')} to {factor('plasticity isotropic, pairs flow')}, break {factor('break')}, "
-            f"fix evp/volume {factor('fix evp/volume')}, fix evp/energy at each step {factor('fix evp/energy')}."]
+            f"fix evp/volume {factor('fix evp/volume')}, fix evp/energy at each step {factor('fix evp/energy')}.",
+            f"Efficiency of R MPI ranks with N spheres, r of them on each host: 1/(1 + {fit.host:.3g} (r - 1) + {fit.surface:.3g} (R/N)^(1/3)), a fit to the rows of evp/lj under "
+            f"*Ranks*, to at most {fit.most} ranks of one host, within {100 * fit.off:.0f} %. *evp cost* takes it for more ranks than your machine has cores."]
 
 
 def draw(rows, path):
