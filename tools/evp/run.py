@@ -182,8 +182,10 @@ def run_jobs(jobs: List[Job], cores=None, title="LAMMPS"):
 
 
 def format_seconds(seconds):
-    """'8 s' or '2 min 05 s'."""
+    """'8 s', '2 min 05 s' or '31 h 07 min'."""
     whole = int(round(seconds))
+    if whole >= 3600:
+        return f"{whole // 3600} h {whole // 60 % 60:02d} min"
     return f"{whole} s" if whole < 60 else f"{whole // 60} min {whole % 60:02d} s"
 
 
