@@ -104,7 +104,7 @@ class Scene:
             first = self.spheres(snapshots[0])
             args.view = [slanted(first.x, first.radius)]
         views = [view_angles(text) for text in args.view]
-        ends, drawn, inner = [[] for _ in views], [], []
+        ends, drawn, inner, numbers = [[] for _ in views], [], [], []
         for snapshot in snapshots:
             found = self.spheres(snapshot)
             for k, angles in enumerate(views):
@@ -112,9 +112,13 @@ class Scene:
             if self.color:
                 drawn += [found.values.min(), found.values.max()]
                 inner += scenes.bulk(found.values)
+                numbers.append(np.unique(found.values)[: len(scenes.PARTS) + 1])
         self.cameras = spheres.cameras(ends, views, args.pixels)
         self.scale, self.colors, self.factor = None, scenes.plain_colors(), 1.0
-        if self.color:
+        few = scenes.few_numbers(numbers) if self.color and self.color not in dump.KNOWN and not args.range else None
+        if few is not None:
+            self.scale = scenes.Legend(few, args.label or self.color)
+        elif self.color:
             column = dump.described(self.color, units)
             self.factor = column.factor
             drawn, inner = ((column.factor * min(values), column.factor * max(values)) for values in (drawn, inner))
@@ -122,6 +126,7 @@ class Scene:
             note = "" if args.range else scenes.note_of_outer(drawn, (low, high), column.unit)
             label = "\n".join(filter(None, (args.label or column.label(), note)))
             self.scale = scenes.ColorScale(low, high, drawn, label)
+        if self.scale:
             self.colors = self.scale.colors()
 
     def spheres(self, snapshot):
@@ -187,17 +192,18 @@ def parser():
     """The command line."""
     top = command_line(__doc__)
     top.add_argument("dumps", nargs="+", type=pathlib.Path, metavar="DUMP")
-    top.add_argument("--color", metavar="COLUMN", help="column that colors the spheres (default: one color)")
+    top.add_argument("--color", metavar="COLUMN", help="column that colors the spheres (default: one color); a few whole numbers, such as those of "
+                     "parts, get a color each unless there is a --range")
     top.add_argument("--range", nargs=2, type=float, metavar=("LOW", "HIGH"), help="of the color bar, in its unit (default: all values drawn; without the "
                      "outermost half percent of a snapshot where these alone would take up half of the bar, which then names the highest)")
-    top.add_argument("--label", metavar="TEXT", help="beside the color bar, in place of the column's")
+    top.add_argument("--label", metavar="TEXT", help="beside the colors, in place of the column's")
     top.add_argument("--view", nargs="+", metavar="VIEW",
                      help=f"{', '.join(spheres.VIEWS)}, or THETA,PHI in degrees: direction to the camera as in dump image. iso is from the right, "
                      "in front and above; front is from -y with x to the right and z up, top from +z with y up, right from +x (default: "
                      "iso, or slanted onto the flat side of a flat body)")
     top.add_argument("--cut", nargs="+", action="append", metavar="CONDITION",
-                     help='leaves out spheres whose centers meet all conditions, such as "y<0" "z>0" (units of the dump); may be given again. '
-                     "Not for --vtk")
+                     help='leaves out spheres whose centers meet all conditions, such as "y<0" "z>0" (units of the dump); "y<0 or z>0": one of them is '
+                     "enough. May be given again, which leaves out more. Not for --vtk")
     top.add_argument("--strip", nargs="?", type=whole(1), const=STRIP, metavar="N",
                      help=f"N snapshots of the series in one picture (default: {STRIP})")
     top.add_argument("--film", type=pathlib.Path, metavar="FILE", help="a film, .gif")

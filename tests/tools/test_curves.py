@@ -7,7 +7,7 @@ import curves as tool
 import inputs
 import numpy as np
 import pytest
-from evp import curves, figures, measured, specimen
+from evp import curves, figures, measured, run, specimen
 
 # A bilinear curve: slope E to the strain BEND, slope H beyond. The line offset by 0.2 % meets it
 # where E BEND + H (s - BEND) = E (s - 0.002).
@@ -250,6 +250,19 @@ def test_units_of_an_axis_suit_its_numbers(tmp_path, monkeypatch):
     figures.two_columns({"rod": {"time": np.array([0.0, 8e-5]), "mine": np.array([0.0, 2.0])}}, "time", "mine", tmp_path / "rod.png")
     known, unknown = (axis.get_major_formatter() for axis in (drawn[0].xaxis, drawn[0].yaxis))
     assert known(4e-5) == "40 \u00b5s" and not isinstance(unknown, type(known))
+    figures.two_columns({"rod": {"strain": np.array([0.0, 1.0]), "temperature": np.array([300.0, 1200.0])}}, "strain", "temperature", tmp_path / "rod.png")
+    assert drawn[1].get_xlabel() == "strain" and drawn[1].get_ylabel() == "temperature [K]"
+
+
+def test_each_column_of_the_decks_has_a_unit():
+    """Or none, which is said, too."""
+    written = set()
+    for deck in [*run.DECKS.glob("in.*"), run.DECKS / "bond_counts.lmp"]:
+        text = re.sub(r"\s*&\s*\n\s*", " ", deck.read_text(encoding="utf-8"))
+        for names in re.findall(r'(?:\btitle |\bprint +"*|bond_titles index )([a-z_]+(?:, ?[a-z_0-9]+)+)', text):
+            written |= set(names.replace(" ", "").split(","))
+    assert {"force_ram", "ended_at_dlim", "thermocouple_5", "heat_imbalance", "hardness", "anisotropy"} < written
+    assert written == set(figures.UNITS)
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ import subprocess
 import xml.etree.ElementTree as ElementTree
 
 import inputs
+import matplotlib.colors
 import matplotlib.image
 import numpy as np
 import pytest
@@ -160,7 +161,8 @@ def test_picture_of_a_dump(one, tmp_path):
     x, z, values = expected[:, 0], expected[:, 2], np.arange(19, -1, -1) / 20
     assert dump.last_positions(tmp_path / one) == pytest.approx(expected[:, :3], rel=1e-8)
     cuts = [[scenes.condition(text) for text in group] for group in (("x>0", "z>0"), ("x<-0.01",))]
-    for groups, kept in (((), x < 1), (cuts, ~((x > 0) & (z > 0)) & (x >= -0.01))):
+    either = [[scenes.condition("x>0 or z>0"), scenes.condition("share_second > 0.5")]]
+    for groups, kept in (((), x < 1), (cuts, ~((x > 0) & (z > 0)) & (x >= -0.01)), (either, ~(((x > 0) | (z > 0)) & (values > 0.5)))):
         found = scenes.spheres_of(dump.index([one])[0], "share_second", groups)
         assert found.x == pytest.approx(expected[kept, :3], rel=1e-8) and found.radius == pytest.approx(expected[kept, 3], rel=1e-8)
         assert found.values == pytest.approx(values[kept])
@@ -170,6 +172,30 @@ def test_picture_of_a_dump(one, tmp_path):
     assert len(specimen.read_data(titled).ids) == 500
     own, read = specimen.read_data(BODY), scenes.spheres_of(dump.index([BODY])[0])
     assert np.array_equal(read.x, own.x) and np.array_equal(read.radius, own.radius) and tool.when_of(dump.index([BODY])[0]) == "500 spheres"
+
+
+def test_a_few_whole_numbers_get_a_color_each(tmp_path):
+    """Two parts of a body in two colors and a legend; not what is known as a quantity, what is asked for with a range, and what has more or other numbers."""
+    body = [(k, x, 0.0, 0.0, 0.01) for k, x in enumerate((-0.03, -0.01, 0.01, 0.03))]
+    columns = {"part": (1, 1, 2, 2), "half": (1, 1, 1.5, 2), "new_pairs": (1, 1, 2, 2)}
+    (tmp_path / "two.dump").write_text(inputs.snapshot(f"id x y z radius {' '.join(columns)}", [(*row, *more) for row, more in zip(body, zip(*columns.values()))]), encoding="utf-8")
+
+    def scale(*words):
+        args = tool.parser().parse_args(["two.dump", *words])
+        return tool.Scene(args, dump.index(args.dumps), "si").scale
+
+    found = scale("--color", "part")
+    assert found.label == "part" and found.entries() == [("1", scenes.PARTS[0]), ("2", scenes.PARTS[1])]
+    shades = found.colors()[np.round(found.share(np.array([1.0, 2.0])) * (spheres.SHADES - 1)).astype(int)]
+    assert np.array_equal(shades, [matplotlib.colors.to_rgb(color) for color in scenes.PARTS[:2]])
+    assert all(isinstance(scale("--color", *words), scenes.ColorScale) for words in (("half",), ("new_pairs",), ("part", "--range", "0", "3")))
+    assert scenes.few_numbers([np.arange(9.0)]) is None and list(scenes.few_numbers([np.array([3.0]), np.array([1.0])])) == [1.0, 3.0]
+    shown("two.dump", "--color", "part", "--view", "front", "--pixels", 300, "--out", "two.png")
+    picture = (255 * matplotlib.image.imread(tmp_path / "two.png")[:, :, :3]).round()
+    middles = [picture[:, left : left + 10] for left in (55, 230)]  # of spheres
+    assert all((part[:, :, 2] > part[:, :, 0]).any() == is_blue for part, is_blue in zip(middles, (True, False)))
+    legend = picture[:, 340:]
+    assert all((np.abs(legend - 255 * np.array(matplotlib.colors.to_rgb(color))).max(axis=2) < 2).sum() > 50 for color in scenes.PARTS[:2])
 
 
 @pytest.mark.parametrize("thin", range(3))
@@ -326,6 +352,7 @@ BAD_CHOICES = {
     "colname c_state[5] plastic_strain'",
     "--cut share_lost>0": "'compute state all evp/state/atom', c_state[3] among",
     "--cut y=0": "--cut 'y=0' is no condition: give COLUMN>NUMBER or COLUMN<NUMBER",
+    "--cut y<0orz<0": "--cut 'y<0orz<0' is no condition: give COLUMN>NUMBER or COLUMN<NUMBER, such as \"y>0\", or several with the word or between them",
     "--cut y>-9": "--cut leaves no sphere",
     "--view above": "--view above: give iso front back right left top bottom, or THETA,PHI",
     "--view 190,0": "--view 190,0: give",

@@ -102,9 +102,32 @@ def stress_strain(panels, path, load=TENSION):
         return save(figure, path, ("panel", "curve", "strain_percent", "stress_MPa"), rows)
 
 
-UNITS = {"time": "s", "force": "N", "reaction": "N", "speed": "m/s", "length": "m", "deflection": "m", "angle": "rad", "torque_grip": "N m",
-         "torque_virial": "N m", "distance": "m", "energy": "J", "kinetic_energy": "J", "plastic_work": "J", "imbalance": "J", "stress": "Pa",
-         "stress_grip": "Pa", "stress_virial": "Pa", "shear_stress": "Pa", "pressure": "Pa"}  # of the columns of the decks
+COLUMNS = {  # of PREFIX.csv of the decks, by their unit; "": numbers and ratios
+    "": "strain strain_gauge shear_strain share_second volume_change plastic_strain fourier rms poisson anisotropy turns follow_first follow_second regime "
+        "travel_over_thickness beyond_dlim second_regime new_pairs lowest_ratio failed ended_at_dlim parted joined joints ended",
+    "s": "time",
+    "m": "travel depth deflection distance length height width_middle width_plates contact_radius",
+    "m/s": "speed",
+    "rad": "angle",
+    "N": "force force_base force_x force_y force_z force_ram force_container force_cone force_bearing force_lower force_upper force_punch force_left force_right "
+         "reaction friction normal",
+    "N m": "torque_grip torque_virial torque_pin torque_shoulder",
+    "Pa": "stress stress_grip stress_virial lateral_stress shear_stress shear_stress_grip shear_stress_virial pressure hardness young bulk shear",
+    "J": "energy kinetic_energy plastic_work work heat imbalance energy_imbalance heat_imbalance",
+    "W": "flux_left flux_right",
+    "K": "temperature temperature_highest temperature_middle temperature_by_hand temperature_near thermocouple_1 thermocouple_2 thermocouple_3 thermocouple_4 "
+         "thermocouple_5",
+}
+UNITS = {name: unit for unit, names in COLUMNS.items() for name in names.split()}
+
+
+def unit_on(axis, name):
+    """The unit of a column on its axis: at the ticks, with its prefix; kelvins, which take none, in the label."""
+    unit = UNITS.get(name, "")
+    if unit == "K":
+        axis.set_label_text(f"{axis.get_label_text()} [K]")
+    elif unit:
+        axis.set_major_formatter(EngFormatter(unit))
 
 
 def two_columns(curves, x, y, path, title=""):
@@ -117,8 +140,7 @@ def two_columns(curves, x, y, path, title=""):
             rows += [(label, f"{a:.6g}", f"{b:.6g}") for a, b in zip(columns[x], columns[y])]
         axis.set(xlabel=x.replace("_", " "), ylabel=y.replace("_", " "), title=title)
         for own, name in ((axis.xaxis, x), (axis.yaxis, y)):
-            if name in UNITS:
-                own.set_major_formatter(EngFormatter(UNITS[name]))
+            unit_on(own, name)
         if len(curves) > 1:
             axis.legend(frameon=False)
         return save(figure, path, ("curve", x, y), rows)

@@ -29,19 +29,24 @@ _FOOT = 64  # of the scale bar with its text
 _HEAD = 34  # of a title
 OUTER = 0.5  # percent of the values
 PLAIN = "#9fb4c8"  # spheres that no column colors
+PARTS = (PLAIN, "#E69F00", "#0072B2", "#009E73", "#CC3311", "#6F4A8E", "#F0E442", "#882255")  # of a few whole numbers
 
 
 def condition(text):
-    """Function that gives the mask of a text such as 'y>0.01', in the units of the dump, for a table of columns; ValueError where it is none."""
-    found = _CUT.fullmatch(text)
-    try:
-        name, above, limit = found[1], found[2] == ">", float(found[3])
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"--cut '{text}' is no condition: give COLUMN>NUMBER or COLUMN<NUMBER, such as \"y>0\"") from error
+    """Function that gives the mask of a text such as 'y>0.01' or 'y>0.01 or z<0', in the units of the dump, for a table of columns; ValueError where it
+    is none."""
+    parts = []
+    for part in re.split(r"\sor\s", text):
+        found = _CUT.fullmatch(part)
+        try:
+            parts.append((found[1], found[2] == ">", float(found[3])))
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"--cut '{text}' is no condition: give COLUMN>NUMBER or COLUMN<NUMBER, such as \"y>0\", or several with the word or "
+                             "between them") from error
 
     def holds(table, where):
-        dump.need(table, [name], where)
-        return table[name] > limit if above else table[name] < limit
+        dump.need(table, [name for name, _, _ in parts], where)
+        return np.logical_or.reduce([table[name] > limit if above else table[name] < limit for name, above, limit in parts])
 
     return holds
 
@@ -124,6 +129,33 @@ class ColorScale:
         return self.map(np.linspace(0.0, 1.0, spheres.SHADES))[:, :3]
 
 
+class Legend:
+    """A color for each of a few whole numbers, such as those of the parts of a body; label: text above them."""
+
+    def __init__(self, numbers, label):
+        """numbers: that are drawn, ascending, no more than there are PARTS."""
+        self.numbers, self.label = numbers, label
+
+    def share(self, values):
+        """The middle of the shades of each value."""
+        return (np.searchsorted(self.numbers, values) + 0.5) / len(self.numbers)
+
+    def entries(self):
+        """(number as text, color) of each."""
+        return [(f"{number:.0f}", PARTS[k]) for k, number in enumerate(self.numbers)]
+
+    def colors(self):
+        """LAMMPS blends neighboring shades: those in the middle of each number's are its own."""
+        shades = (np.linspace(0.0, 1.0, spheres.SHADES) * len(self.numbers)).astype(int).clip(max=len(self.numbers) - 1)
+        return np.array([matplotlib.colors.to_rgb(PARTS[k]) for k in shades])
+
+
+def few_numbers(columns):
+    """The values of arrays, ascending, where they are whole numbers and no more than there are colors for them; else None."""
+    found = np.unique(np.concatenate([np.unique(values) for values in columns]))
+    return found if len(found) <= len(PARTS) and np.all(found == np.round(found)) else None
+
+
 def limits(low, high):
     """Limits of the bar for values from low to high: the same on both sides of zero where they have both signs."""
     return (-max(-low, high), max(-low, high)) if low < 0.0 < high else (low, high)
@@ -178,8 +210,9 @@ def compose(pictures, titles, heads, per_pixel, units, scale=None, note=""):
     needed = sum(widths) + _GAP * (len(widths) + 1), sum(heights) + _GAP * (len(heights) - 1) + head + _FOOT
     body, height = max(needed[0], 320), max(needed[1], 260)
     first, spare = _GAP + (body - needed[0]) // 2, (height - needed[1]) // 2  # small pictures are in the middle
-    lines = label_lines(scale.label, int(0.95 * height / _LETTER)) if scale else []
-    width = body + (_BAR + _LINE * (len(lines) - 1) if scale else 0)
+    parts = isinstance(scale, Legend)
+    lines = label_lines(scale.label, int(_BAR / _LETTER) if parts else int(0.95 * height / _LETTER)) if scale else []
+    width = body + (_BAR + _LINE * (0 if parts else len(lines) - 1) if scale else 0)
     # A hundredth of a pixel more, so that round-off takes none away.
     figure = plt.figure(figsize=((width + 0.01) / DPI, (height + 0.01) / DPI), dpi=DPI, facecolor="white")
     top = head + spare
@@ -205,7 +238,11 @@ def compose(pictures, titles, heads, per_pixel, units, scale=None, note=""):
     line.plot([0.0, length / per_pixel], [40, 40], color="black", linewidth=3, solid_capstyle="butt")
     line.text(0.0, 28, length_text(length, units), ha="left", va="top", fontsize=12)
     line.text(body - 2 * _GAP, 28, note, ha="right", va="top", fontsize=12)
-    if scale:
+    if parts:
+        entries = [matplotlib.patches.Patch(color=color, label=name) for name, color in scale.entries()]
+        legend = figure.legend(handles=entries, title="\n".join(lines), loc="center left", bbox_to_anchor=(body / width, 0.5), frameon=False, fontsize=12)
+        legend.set_title(legend.get_title().get_text(), prop={"size": 12})
+    elif scale:
         tall = min(0.8 * height, 420)
         axis = figure.add_axes([(body + 4) / width, 0.5 - 0.5 * tall / height, 18 / width, tall / height])
         colors = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(scale.low, scale.high), scale.map)
