@@ -363,7 +363,7 @@ def test_the_program_lmp_ends_with_status_1(lmp, tmp_path):
 ABOVE = "must be a number "
 WAYS = "must be explicit or implicit"
 OF_DECKS = {
-    "in.traction": [("dtfraction", 3, ABOVE + "> 0 and <= 1"), ("strain", "2%", ABOVE + "!= 0 and > -1"), ("rate", 0, ABOVE + "!= 0"),
+    "in.traction": [("temperature", -1, ABOVE + ">= 0"), ("dtfraction", 3, ABOVE + "> 0 and <= 1"), ("strain", "2%", ABOVE + "!= 0 and > -1"), ("rate", 0, ABOVE + "!= 0"),
                     ("integrator", "implizit", WAYS)],
     "in.cyclic": [("cycles", 1.5, "must be an integer >= 1"), ("lower", "releas", "must be release or a number != 0.02 and > -1"), ("rate", "0.0", ABOVE + "!= 0")],
     "in.quasistatic": [("resume", "Yes", "must be yes or no"), ("strain", 0, ABOVE + "!= 0 and > -1"), ("cycles", -1, "must be an integer >= 0"),

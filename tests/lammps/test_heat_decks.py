@@ -65,3 +65,42 @@ def test_a_body_that_heats_itself(periodic, tmp_path, ranks, strain, stored):
     assert abs(end["heat_imbalance"]) <= 1e-10 * end["heat"]
     frames = read_dump(tmp_path / "adiabatic_frames.dump")
     assert len(frames) == 3 and frames[-1]["temperature"].max() == pytest.approx(end["temperature_highest"], rel=1e-6)
+
+
+# ---- a body at one temperature ----
+
+SOFT = "112.684 8 4 4.22565 8 4 0.00250348 0 1.5 spacing 0.00485024 coordination 15.03 kv 1680.64 flow 0 1 0.001 1.15352 0.02 1.42511 0.2 1.93004 yield 2.65e+08 density 2770 soften 298 775 1"
+bar = packed("bar.data", n=200)
+
+
+@pytest.mark.parametrize("deck, ranks, choices", [("in.traction", 1, {"rate": 50}), ("in.traction", 2, {"rate": 50}), ("in.quasistatic", 1, {"increment": 0.001})])
+def test_a_test_at_a_temperature(bar, tmp_path, deck, ranks, choices):
+    """At the one of the flow curve the same curve as without; at 500 K softer by 1 - (500 - 298)/(775 - 298), though the row expands: nothing grows."""
+    def stress(**more):
+        run_lammps(deck, ranks, {"specimen": bar, "coeff": SOFT, "plasticity": "isotropic", "strain": 0.012, "out": "part", **choices, **more}, tmp_path).ok()
+        curve = read_csv(tmp_path / "part.csv")
+        return curve["stress_grip"][curve["strain"] > 0.008]
+
+    cold, hot = stress(), stress(temperature=500)
+    assert np.array_equal(stress(temperature=298), cold) and len(cold) > 3
+    assert np.array_equal(stress(temperature=500, coeff=f"{SOFT} expansion 2.3e-5 298"), hot)
+    assert hot == pytest.approx((1.0 - 202.0 / 477.0) * cold, rel=0.06)
+
+
+def test_a_hot_run_that_stopped_goes_on(bar, tmp_path):
+    """To the same rows; not at another temperature."""
+    choices = {"specimen": bar, "coeff": SOFT, "plasticity": "isotropic", "strain": 0.006, "increment": 0.001, "temperature": 500}
+    run_lammps("in.quasistatic", 1, {**choices, "out": "whole"}, tmp_path).ok()
+    (tmp_path / "stop.lmp").write_text('if "${k} == 3" then quit\n')
+    run_lammps("in.quasistatic", 1, {**choices, "out": "part", "also": "stop.lmp"}, tmp_path)
+    assert len(read_csv(tmp_path / "part.csv")["strain"]) < 6, "control: it stopped"
+    for other in ({"temperature": 0}, {"temperature": 400}):
+        refused = run_lammps("in.quasistatic", 1, {**choices, **other, "out": "part", "resume": "yes"}, tmp_path)
+        assert refused.returncode != 0 and "ERROR: part.resume is of another specimen, material, temperature, plasticity or contact: " in refused.stdout
+    run_lammps("in.quasistatic", 1, {**choices, "out": "part", "resume": "yes"}, tmp_path).ok()
+    assert (tmp_path / "part.csv").read_text() == (tmp_path / "whole.csv").read_text()
+
+
+def test_a_row_without_softening(bar, tmp_path):
+    run = run_lammps("in.traction", 1, {"specimen": bar, "temperature": 500}, tmp_path)
+    assert run.returncode == 1 and "ERROR: -var temperature: the coefficients have no softening by temperature: add soften TREF TMELT M" in run.stdout

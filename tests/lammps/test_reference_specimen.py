@@ -168,7 +168,7 @@ def test_a_run_goes_on_with_its_own_body_and_material_only(tmp_path):
     for other in ({"coeff": "81 8 4 3 8 4 0.005 0 1.5"}, {"coeff": "80 8 4 3 8 4 0.0051 0 1.5"}, {"coeff": "80 12 4 3 8 4 0.005 0 1.5"}, {"coeff": f"{TABLE1} flow 0 1"},
                   {"plasticity": "none"}, {"contact": "repulsive"}, {"contact": "join 1.4"}, {"specimen": "other.data"}):
         run = run_lammps("in.quasistatic", 1, {"specimen": REFERENCE, "out": "pull", **choices, "resume": "yes", **other}, tmp_path)
-        assert run.returncode != 0 and "ERROR: pull.resume is of another specimen, material, plasticity or contact: " in run.stdout, other
+        assert run.returncode != 0 and "ERROR: pull.resume is of another specimen, material, temperature, plasticity or contact: " in run.stdout, other
     assert np.array_equal(read_csv(tmp_path / "pull.csv")["strain"], curve["strain"])
     run = run_lammps("in.quasistatic", 1, {"specimen": REFERENCE, "out": "pull", **choices, "resume": "yes", "break": 0.1}, tmp_path)
     assert run.returncode != 0 and "ERROR: in.quasistatic: -var break must be none, got '0.1'" in run.stdout
