@@ -9,6 +9,8 @@
   calibrate.py ... --rate 5e6@100                            and an over-stress of 5 MPa at 100/s, by damping (gamma in the row)
   calibrate.py ... --damage "0.13 0.13 -1.5" --rupture "energy 14000"           keywords of ductile failure; tested on bars with waists
   calibrate.py ... --heat "conductivity 121 capacity 875 soften 298 775 1"    keywords for fix evp/heat; with --johnson-cook A B n C m: soften 298 775
+  calibrate.py ... --heat ... --check 500K               pulls the row at this temperature, too
+  calibrate.py ... --like potentials/metals.evp:copper_OFHC      for a first look: scales that row, without a run, within a second
 
 Flow curves are rate-independent, at the reference temperature; without units Pa. Johnson-Cook: A + B p^n of the plastic strain p; C and m are those
 of rate RATE0 and of soften TREF TMELT in --heat. A table begins at plastic strain 0, is
@@ -35,11 +37,15 @@ import tempfile
 import evp  # noqa: F401  before numpy
 from evp import calibration, flow, measured, rupture
 from evp.calibration import Targets, check, check_file
+from evp.rates import given_row
 from evp.report import command_line, errors_in_one_line, positive, print_table, target_file, typed, whole
 from evp.run import lammps_command
 
 BAR_SPHERES = 3000  # of bars that are pulled to rupture
 HEAT = {"conductivity": (1, 1), "capacity": (1, 1), "soften": (2, 4), "melt": (1, 1), "rate": (1, 2), "expansion": (2, 2)}  # keywords: fewest and most numbers
+PAGES = {"doc/Howto_evp_heat.rst": [*HEAT], "doc/failure.md": ["damage", "rupture"]}  # of keywords that a row may lack
+# What --like was measured to miss, of each row of metals.evp by each other
+LIKE = "E within 1.5 %, Poisson's ratio within 1.5 %; with the same E stresses are those of a row that was run"
 
 
 def parser():
@@ -60,6 +66,10 @@ def parser():
                      help="keywords of the row for fix evp/heat: conductivity K capacity CP [soften TREF TMELT [M [FLOOR]]] [melt L] [rate [C] RATE0] [expansion ALPHA TREF]")
     top.add_argument("--damage", type=damage_of, default=(), metavar="D1 D2 D3 [D4 D5]", help="of Johnson and Cook's failure, as one word: D3 is not positive, D4 needs rate, D5 soften")
     top.add_argument("--rupture", type=rupture_of, metavar="UF", help="opening at which a sphere that fails has parted [m], or 'energy GF' [J/m2]; with --damage")
+    top.add_argument("--check", type=temperature_of, action="append", default=[], metavar="T",
+                     help="temperature, such as 500K, at which the row is pulled to a true strain of 0.05 and compared with its flow curve times the factor of soften; "
+                     "may be repeated")
+    top.add_argument("--like", metavar="FILE:ROW", help="take this row of another metal, scale it to E and nu, give it the flow curve, and run nothing; for a first look")
     top.add_argument("--density", type=positive, required=True, help="of the solid [kg/m3]")
     top.add_argument("--name", required=True, help="of the row")
     top.add_argument("--out", type=target_file, required=True, metavar="FILE", help="potential file to append to; made where there is none")
@@ -72,6 +82,13 @@ def parser():
 def nu_of(word):
     """Poisson's ratio of the command line, None for none."""
     return None if word == "none" else float(word)
+
+
+def temperature_of(word):
+    """[K] of --check."""
+    if not word.endswith("K"):
+        raise argparse.ArgumentTypeError(f"give a temperature such as 500K, got {word}")
+    return positive(word[:-1])
 
 
 def heat_of(text):
@@ -127,8 +144,8 @@ def failure_words(options, heat):
     return f" damage {' '.join(f'{value:.6g}' for value in options.damage)} rupture {options.rupture}"
 
 
-def heat_words(options):
-    """The keywords of the row for fix evp/heat; ValueError where Johnson-Cook's m and soften do not fit together."""
+def heat_values(options):
+    """{keyword: numbers} of the row for fix evp/heat; ValueError where Johnson-Cook's m and soften do not fit together, or --check has no soften."""
     heat, more = {**options.heat}, options.johnson_cook[3:] if options.johnson_cook else []
     if len(more) == 2:
         if len(heat.get("soften", ())) != 2:
@@ -142,7 +159,24 @@ def heat_words(options):
         raise ValueError("melt of --heat needs soften TREF TMELT M, which says where it melts")
     if len(heat.get("rate", (0, 0))) < 2:
         raise ValueError("rate of --heat needs C RATE0: C is given by --johnson-cook A B n C m, or there")
+    if options.check and "soften" not in heat:
+        raise ValueError("--check needs soften TREF TMELT M in --heat, by which the metal softens: doc/Howto_evp_heat.rst has those of metals")
+    for temperature in options.check:
+        if not heat["soften"][0] <= temperature < heat["soften"][1]:
+            raise ValueError(f"--check {temperature:g}K: give a temperature from TREF of soften, {heat['soften'][0]:g}, to below TMELT, {heat['soften'][1]:g}")
+    return heat
+
+
+def heat_words(options):
+    """As the row has them."""
+    heat = heat_values(options)
     return "".join(f" {name} {' '.join(f'{value:.6g}' for value in heat[name])}" for name in HEAT if name in heat)  # soften in front of melt
+
+
+def lacking(row):
+    """What a row does not have, and the page that has it, as a line; '' where it has all."""
+    missing = [(page, [key for key in keys if f" {key} " not in row]) for page, keys in PAGES.items()]
+    return "; ".join(f"{' '.join(keys)}: {page}" for page, keys in missing if keys)
 
 
 def value_at(word):
@@ -186,8 +220,7 @@ def comments(options, targets, result, over, bars, words):
         lines.append(f"#   rupture: {ruptures(options, bars)}")
     lines.append(f"#   DATE: {datetime.date.today().isoformat()}, in.moduli, in.uniaxial and in.shear, plasticity isotropic, contact join, periodic body of {options.spheres} spheres, "
                  f"seed {options.seed}")
-    shown = [pathlib.PurePath(word).name if "/" in word and not word.startswith("-") else word for word in words]  # files without their folders
-    return [*lines, f"#   by: calibrate.py {shlex.join(shown)}"]
+    return [*lines, f"#   by: calibrate.py {shown(words)}"]
 
 
 def ruptures(options, bars):
@@ -195,6 +228,26 @@ def ruptures(options, bars):
     ratios = {waist: f"{found.strain / rupture.strain_at_failure(options.damage, found.triaxiality):.2f}" if found else f"not parted at {100 * rupture.WAISTS[waist]:g} %"
               for waist, found in bars.items()}
     return "plastic strain of the section over that of the formula: " + ", ".join(f"{ratio} with a waist of {1e3 * waist:g} mm" for waist, ratio in ratios.items())
+
+
+def like(options, words):
+    """Append a row that another one is scaled to, without a run."""
+    if options.rate or options.check:
+        raise ValueError("--like runs nothing: leave out --rate and --check")
+    targets, more = targets_of(options), heat_words(options)
+    more += failure_words(options, more)
+    check_file(options.out, options.name)
+    path, _, name = options.like.rpartition(":")
+    row, keys = given_row(options.like)
+    material = calibration.scaled(row, keys, *calibration.elastic_of(pathlib.Path(path).read_text(encoding="utf-8"), name), targets)
+    line = f"{options.name} {material.words(*(f'{keys[key]:.6g}' for key in ('spacing', 'coordination')))}{more}"
+    calibration.append(options.out.absolute(), ["", f"# {options.name}: scaled from {name}, not run; {LIKE}", f"#   by: calibrate.py {shown(words)}", line])
+    print(f"{line}\nappended to {options.out}; scaled from {name}, not run: {LIKE}. For a row to rely on leave out --like")
+
+
+def shown(words):
+    """The command line, files without their folders."""
+    return shlex.join(pathlib.PurePath(word).name if "/" in word and not word.startswith("-") else word for word in words)
 
 
 def calibrate(options, words):
@@ -214,6 +267,11 @@ def calibrate(options, words):
             gamma, over = search.gamma(result)
             material = material._replace(row=material.row._replace(gamma=gamma))
         row = f"{material.words(f'{body.spacing:.6g}', f'{body.coordination:.6g}')}{heat}{failure}"
+        for temperature in options.check:
+            hot, run = calibration.at_temperature(f"{material.words(f'{body.spacing:.15g}', f'{body.coordination:.15g}')}{heat}", heat_values(options), targets, temperature, body, work)
+            way = f"tension at {temperature:g} K"
+            result.residuals[way] = {what: value for what, value in hot.residuals(result.moduli, {"tension": run})["tension"].items() if value == value}
+            print(f"{way}: {calibration.told(result.residuals[way])}", flush=True)
         line, bars = f"{options.name} {row}", rupture.pull_bars(row, work, options.ranks, BAR_SPHERES) if failure else {}
         picture = calibration.draw(options.name, targets, result, out.with_name(f"{out.stem}.{options.name}.png"))
         check_file(out, options.name)
@@ -227,6 +285,8 @@ def calibrate(options, words):
     if bars:
         print(f"rupture: {ruptures(options, bars)}")
     print(f"{line}\nappended to {options.out}; picture {picture.name}")
+    if lacking(row):
+        print(f"not in the row: {lacking(row)}")
     if result.misses():
         print(f"{typed('calibrate.py')}: missed: {'; '.join(f'{way} {calibration.told(off)}' for way, off in result.misses().items())}", file=sys.stderr)
     return result
@@ -237,6 +297,9 @@ def main(words=None):
     words = list(sys.argv[1:] if words is None else words)
     options = parser().parse_args(words)
     with errors_in_one_line("calibrate.py"):
+        if options.like:
+            like(options, words)
+            return 0
         result = calibrate(options, words)
     return 3 if result.misses() else 0
 

@@ -13,7 +13,8 @@ from evp import calibration, flow
 from lammps_run import LMP, REPOSITORY
 
 CALIBRATE = REPOSITORY / "tools" / "calibrate.py"
-WORDS = ["--E", "70e9", "--nu", "0.33", "--yield", "95e6", "--stress", "150e6@0.04", "--density", "2700", "--name", "mine", "--spheres", "300", "--ranks", "2"]
+WORDS = ["--E", "70e9", "--nu", "0.33", "--yield", "95e6", "--stress", "150e6@0.04", "--density", "2700", "--name", "mine", "--spheres", "300", "--ranks", "2",
+         "--heat", "soften 298 775 1", "--check", "500K"]
 CURVE = flow.through(70e9, 95e6, ((150e6, 0.04),))
 SECONDS = 120
 
@@ -51,9 +52,10 @@ def test_a_row_is_made_and_told(whole):
     text = (folder / "my.evp").read_text(encoding="utf-8")
     elastic = [float(off) for off in re.search(r"#   elastic: E ([-+][\d.]+) %, nu ([-+][\d.]+) %", text).groups()]
     assert max(map(abs, elastic)) <= 0.2 and "DATE: 20" in text and "by: calibrate.py --E 70e9" in text
-    for way in ("tension", "compression"):
+    for way in ("tension", "compression", "tension at 500 K"):
         found = residuals(output, way)
         assert list(found) == [0.5, 1.0, 2.0] and max(map(abs, found.values())) < 8.0, (way, found)
+    assert "#   tension at 500 K: 0.2 % yield" in text and "not in the row: conductivity capacity melt rate expansion: doc/Howto_evp_heat.rst; damage" in output
     assert "#   compression: 0.2 % yield" in text and "#   shear" not in text
     assert sorted(path.name for path in folder.iterdir()) == ["my.evp", "my.mine.png", "my.mine.png.csv"]
     assert (folder / "my.mine.png").stat().st_size > 10000

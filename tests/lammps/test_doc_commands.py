@@ -56,6 +56,7 @@ RUNS = (
         SPECIMEN.replace("my.data", "part.data"),
         "printf '# UNITS: si\\nmymetal 413.894 8 4 2.82104 8 4 0.000750965 0 1.5 spacing 0.00694888 coordination 11.5667 kv 1865.24 density 2700\\n' > my.evp"),
         {"in.indent": "-var increments 2", "in.upset": "-var strain 0.05"}),
+    Run(METAL, "--name quick", "my.evp"),
     Run(FRICTION, "in.sliding -var block block.data", "sliding.csv", short={"in.specimen": "-var n 100", "in.sliding": "-var speed 0.3"}),
     Run(HEAT, "in.specimen -var n 500", "my.data"),
 )
@@ -76,6 +77,7 @@ NAMED = {
     (HEAT, "tests/lammps/test_doc_commands.py", "runs the input scripts, test_heat_*"): ("# grips hold their temperature", "add/heat linear", "expansion 2.3e-5 293"),
     (HEAT, "tests/lammps/test_doc_commands.py", "runs the deck with the file, test_heat_in_a_deck"): ("heat_rows all print", "-var also heat.lmp"),
     (METAL, "", "takes minutes; tests/tools/test_calibration.py tests its keywords and bars, test_failure.py how spheres fail"): ("--name failing",),
+    (METAL, CALIBRATE, "tests the option with another row"): ("tension at 298 K:",),
     (METAL, CALIBRATE, WALK): ("--ranks 1 --name mymetal", "pass 1, elastic: E ", "in.specimen -var n 300", "-var increment 0.00025", "tools/curves.py numbers pull.csv",
                                "pull.csv   76"),
 }

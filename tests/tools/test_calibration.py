@@ -8,9 +8,10 @@ import math
 import calibrate
 import numpy as np
 import pytest
-from evp import calibration, curves, flow, law, measured, rupture, specimen
+from evp import calibration, curves, flow, law, measured, rates, run, rupture, specimen
 from evp.calibration import Run, Targets, check
 from inputs import call
+import metals
 from metals import from_handbook
 
 GOOD = {"--E": "70e9", "--yield": "95e6", "--stress": "150e6@0.05", "--density": "2700", "--name": "mine"}
@@ -81,6 +82,7 @@ def test_tables_that_are_refused(tmp_path, text, reason):
         measured.read_table(tmp_path / "table.csv")
 
 
+METALS = run.CHECKOUT / "potentials" / "metals.evp"
 ROW = "# UNITS: si\ntaken 80 8 4 3 8 4 0.005 0 1.5\n"
 
 
@@ -119,6 +121,12 @@ ROW = "# UNITS: si\ntaken 80 8 4 3 8 4 0.005 0 1.5\n"
     ({"--damage": "0.13 0.13 -1.5"}, "--damage and --rupture go together"),
     ({"--damage": "0.13 0.13 -1.5 0.011 0", "--rupture": "energy 14e3"}, "D4 of --damage needs rate in --heat"),
     ({"--damage": "0.13 0.13 -1.5", "--rupture": "energy 0"}, "argument --rupture: expected an opening UF, at least 0, or energy GF, above 0"),
+    ({"--check": "500"}, "argument --check: give a temperature such as 500K, got 500"),
+    ({"--check": "500K"}, "--check needs soften TREF TMELT M in --heat, by which the metal softens: doc/Howto_evp_heat.rst"),
+    *(({"--check": word, "--heat": "soften 298 775 1"}, "give a temperature from TREF of soften, 298, to below TMELT, 775") for word in ("290K", "775K")),
+    ({"--like": "out.evp:taken", "--check": "500K", "--heat": "soften 298 775 1"}, "--like runs nothing: leave out --rate and --check"),
+    ({"--like": f"{METALS}:none"}, "has no row 'none'; its rows: aluminium_1100O"),
+    ({"--like": f"{METALS}:steel_4340_failing"}, "no comment above the row steel_4340_failing says 'by: calibrate.py --E ...'"),
     ({"--rate": "-5e6@100"}, "argument --rate: give a positive number"),
     ({"--rate": "5e6@-100"}, "--rate: give positive rates"),
     *(({None: text}, "its first line must be a comment with 'UNITS: si'") for text in ("x", "# UNITS: lj\n")),
@@ -199,6 +207,39 @@ def test_search_meets_the_targets(tmp_path, monkeypatch, targets):
     far = targets.curve is ALLOY
     assert list(shear) == ([0.5, 1.0, 2.0, 3.0] if far else []) and shear == pytest.approx({at: -0.04 for at in shear}, abs=1e-6)
     assert (max(what for what in tension if what != calibration.YIELD) == 0.2) == far and not result.misses()
+
+
+def test_a_row_scaled_from_another_metal():
+    """Each row of metals.evp from each other, beside the row that was calibrated: E and Poisson's ratio by the closed form within what --like says, the flow
+    curve the same."""
+    text, apart = METALS.read_text(encoding="utf-8"), []
+    for metal, (given, own) in ((metal, rates.given_row(f"{METALS}:{name}")) for name, metal in metals.METALS.items()):
+        targets = metals.targets_of(metal)
+        for other in metals.METALS:
+            found = calibration.scaled(*rates.given_row(f"{METALS}:{other}"), *calibration.elastic_of(text, other), targets)
+            assert found.flow == pytest.approx(own["flow"]) and found.stress == own["yield"] and found.row.xi_s == pytest.approx(given.xi_s, rel=0.02)
+            network, volume = calibration.closed_form(metal.modulus, metal.poisson)
+            stiffer, kv = found.row.e1 / given.e1, found.kv / own["kv"]
+            stiffening, nu = calibration.moduli(volume * kv / stiffer)
+            apart.append((stiffer * network * stiffening / metal.modulus - 1.0, nu / metal.poisson - 1.0))
+    of_modulus, of_nu = np.abs(apart).max(axis=0)
+    assert 0.005 < of_modulus < 0.015 and 0.005 < of_nu < 0.015
+    assert calibrate.LIKE.startswith("E within 1.5 %, Poisson's ratio within 1.5 %")
+
+
+def test_a_first_look_in_a_moment(tmp_path, monkeypatch):
+    """No run; the row and what it was scaled from are in the file."""
+    monkeypatch.setenv("EVP_LMP", str(tmp_path / "nowhere"))
+    words = f"--E=110e9 --nu=0.37 --johnson-cook 112e6 505e6 0.42 --density=8520 --name=mine --like {METALS}:steel_304 --out".split()
+    done = call(calibrate.main, *words, tmp_path / "m.evp")
+    assert done.returncode == 0 and "scaled from steel_304, not run: E within" in done.stdout
+    row, more = rates.given_row(f"{tmp_path / 'm.evp'}:mine")
+    assert more["yield"] == 112e6 and more["density"] == 8520.0 and row.e1 == pytest.approx(rates.given_row(f"{METALS}:brass_70_30")[0].e1, rel=0.01)
+    assert calibration.elastic_of((tmp_path / "m.evp").read_text(encoding="utf-8"), "mine") == (110e9, 0.37)
+
+
+def test_what_a_row_lacks():
+    assert calibrate.lacking("80 8 4 3 8 4 0.005 0 1.5 capacity 900 damage 0.1 0 0 0 0 rupture 0") == "conductivity soften melt rate expansion: doc/Howto_evp_heat.rst"
 
 
 def test_what_is_a_miss():

@@ -16,6 +16,7 @@ import math
 import os
 import pathlib
 import re
+import shutil
 from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
@@ -24,7 +25,7 @@ from scipy.integrate import trapezoid
 from . import curves, figures, flow, law, specimen
 from .curves import YIELD_OFFSET
 from .report import all_or_nothing
-from .run import Failed, Job, last_strain, run_jobs
+from .run import DECKS, Failed, Job, last_strain, run_jobs
 
 EXPONENTS = (8.0, 4.0)  # of both regimes, as in Table 1
 ALPHA = 1.5
@@ -58,6 +59,8 @@ ROW = 0.001  # true strain between the rows of a way
 SMOOTHED, SMOOTHED_ROWS = 0.2, 20  # shear strain over which the shear stress is averaged; its rows
 INERTIA = 0.001  # strain rate times spacing over sqrt(stress/density): half of it gives the same stress within 1 %
 DTFRACTION = 0.6
+CHECKED = 0.052  # true strain to which a row is pulled at a temperature
+CHECK_SPEED = 0.2  # over rate_of(): a body that softens yields earlier, where inertia shows first
 SPHERES = 1000
 EDGE = 0.04  # of the periodic body [m]
 LENGTH, RADIUS = 0.05, 0.0125  # of the cylinder [m] on which pages show rows
@@ -314,8 +317,7 @@ def loads(material, targets, body, folder, ranks, title, speed=1.0):
             curve, window = curves.read_curve(folder / f"{way}.csv"), np.full(SMOOTHED_ROWS, 1.0 / SMOOTHED_ROWS)
             runs[way] = Run(*(np.convolve(values, window, "valid") for values in (curve.strain, curve.virial)))
         else:
-            found = curves.read_columns(folder / f"{way}.csv", ("strain", "stress"))
-            runs[way] = Run(*(np.concatenate([[0.0], np.abs(found[name])]) for name in ("strain", "stress")))
+            runs[way] = read_run(folder / f"{way}.csv")
     return runs
 
 
@@ -329,6 +331,30 @@ def flow_stress(material, targets, body, rate, folder, title):
     curve = curves.read_curve(folder / "rate.csv")
     late = curve.strain > 0.5 * curve.strain[-1]
     return MISES * float(trapezoid(curve.virial[late], curve.strain[late]) / (curve.strain[late][-1] - curve.strain[late][0]))
+
+
+def at_temperature(words, heat, targets, temperature, body, folder):
+    """(Targets with the flow curve at a temperature [K], Run of a row that is pulled there). words: of the row, with heat: {keyword: numbers}, soften among
+    them. With the keyword rate the flow curve is that at the rate of the run, as in doc/fix_evp_heat.rst."""
+    tref, tmelt, m, floor = (*heat["soften"], 0.02)[:4]
+    factor = max(floor, 1.0 - ((temperature - tref) / (tmelt - tref)) ** m)
+    rate = CHECK_SPEED * rate_of(targets, body, 0.02) * math.sqrt(factor)
+    constant, reference = heat.get("rate", (0.0, rate))
+    factor *= 1.0 + constant * max(0.0, math.log(rate / reference))
+    hot = targets._replace(curve=targets.curve._replace(stress=factor * targets.curve.stress))
+    end = min(CHECKED, hot.end("tension"))
+    shutil.copy(DECKS / "isothermal.lmp", folder)
+    variables = {"specimen": body.path.name, "coeff": words, "plasticity": "isotropic", "contact": "join", "strain": f"{end:.9g}", "rows": 200, "rate": f"{rate:.6g}",
+                 "dtfraction": DTFRACTION, "also": "isothermal.lmp", "temperature": f"{temperature:g}", "out": "hot"}
+    (folder / "hot.csv").unlink(missing_ok=True)
+    call("in.uniaxial", variables, 1, folder, f"tension at {temperature:g} K", lambda: last_strain(folder / "hot.csv") / end)
+    return hot, read_run(folder / "hot.csv")
+
+
+def read_run(path):
+    """The Run of a CSV of in.uniaxial."""
+    found = curves.read_columns(path, ("strain", "stress"))
+    return Run(*(np.concatenate([[0.0], np.abs(found[name])]) for name in ("strain", "stress")))
 
 
 class Result(NamedTuple):
@@ -347,17 +373,44 @@ class Result(NamedTuple):
         return {way: off for way, off in missed.items() if off}
 
 
+def closed_form(modulus, nu):
+    """(E0 [Pa], kv N/(V E0)) of the E [Pa] and nu, or None, of a body: what its network has alone, and its volume energy beside it."""
+    volume = 0.0 if nu is None else max(0.0, volume_ratio(min(nu, NU_LIMIT)))
+    return modulus / moduli(volume)[0], volume
+
+
 def material_of(modulus, nu, targets, body):
     """The Material, as it is printed, that by the closed form has this E [Pa] and nu, or None, in a Body, and the flow curve of the Targets."""
-    (m, n), volume = EXPONENTS, 0.0 if nu is None else max(0.0, volume_ratio(min(nu, NU_LIMIT)))
-    network = modulus / moduli(volume)[0]
-    e1 = rounded(6.0 * network * body.volume / (m * n * body.bonds))
-    stresses = targets.stresses
+    (m, n), (network, volume) = EXPONENTS, closed_form(modulus, nu)
+    return made(6.0 * network * body.volume / (m * n * body.bonds), volume * network * body.volume / body.count, network, targets)
+
+
+def made(e1, kv, network, targets):
+    """The Material, as it is printed, of an e1 and kv [J], whose network alone has this E [Pa], with the flow curve of the Targets."""
+    (m, n), stresses, e1 = EXPONENTS, targets.stresses, rounded(e1)
     limits = np.clip(stresses / (REACH * network), *XI_RANGE)
     table = [(place, rounded(stress / stresses[0])) for place, stress in zip(targets.places, stresses)]
     row = law.Row(e1, m, n, rounded(SOFTENING * e1), m, n, rounded(limits[0]), 0.0, ALPHA)
-    kv = rounded(volume * network * body.volume / body.count)
-    return Material(row, kv, tuple(value for point in table for value in point), rounded(stresses[0]), rounded(targets.density))
+    return Material(row, rounded(kv), tuple(value for point in table for value in point), rounded(stresses[0]), rounded(targets.density))
+
+
+def scaled(row, more, modulus, nu, targets):
+    """The Material of the Targets from the row of another metal with this E [Pa] and nu, without a run: e1 and kv [J] in the ratios of the closed form, the
+    flow curve as it is. row: law.Row; more: its keywords, of which it needs yield, and kv where the Targets have a nu (ValueError)."""
+    if "yield" not in more or (targets.nu is not None and "kv" not in more):
+        raise ValueError("--like: the row has no 'yield' or no 'kv': take one of metals.evp, or of calibrate.py with a Poisson's ratio")
+    (own, volume), (network, of_row) = closed_form(targets.modulus, targets.nu), closed_form(modulus, nu)
+    kv = 0.0 if targets.nu is None else more["kv"] * volume * own / (of_row * network)
+    return made(row.e1 * own / network, kv, more["yield"] / (REACH * row.xi_s) * own / network, targets)
+
+
+def elastic_of(text, name):
+    """(E [Pa], nu or None) of a row of calibrate.py by the comment above it; ValueError where there is none. text: of the potential file."""
+    above = re.split(rf"^{re.escape(name)}\s", text, maxsplit=1, flags=re.M)[0].rstrip("\n").rsplit("\n\n", 1)[-1]
+    modulus, nu = (re.search(rf"#   by: calibrate\.py .*--{key}[= ](\S+)", above) for key in ("E", "nu"))
+    if not modulus:
+        raise ValueError(f"--like: no comment above the row {name} says 'by: calibrate.py --E ...': take a row of metals.evp or of calibrate.py")
+    return float(modulus[1]), 0.3 if nu is None else None if nu[1] == "none" else float(nu[1])
 
 
 class Search:
