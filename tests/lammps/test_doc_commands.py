@@ -57,6 +57,7 @@ RUNS = (
         "printf '# UNITS: si\\nmymetal 413.894 8 4 2.82104 8 4 0.000750965 0 1.5 spacing 0.00694888 coordination 11.5667 kv 1865.24 density 2700\\n' > my.evp"),
         {"in.indent": "-var increments 2", "in.upset": "-var strain 0.05"}),
     Run(METAL, "--name quick", "my.evp"),
+    Run("doc/Howto_evp_contacts.rst", '-var contact "join 1.2 all"', "weld.csv", short={"in.weld": "-var press 0.05 -var pull 0.02"}),
     Run(FRICTION, "in.sliding -var block block.data", "sliding.csv", short={"in.specimen": "-var n 100", "in.sliding": "-var speed 0.3"}),
     Run(HEAT, "in.specimen -var n 500", "my.data"),
 )
