@@ -8,11 +8,11 @@ from typing import NamedTuple
 import doc_blocks
 import numpy as np
 import pytest
-from lammps_run import REPOSITORY, run_lammps
+from lammps_run import REFERENCE, REPOSITORY, run_lammps
 
 PAGES = ("README.md", "CONTRIBUTING.md", *sorted(str(path.relative_to(REPOSITORY)) for path in REPOSITORY.glob("doc/Howto_evp*.rst")))
 HOWTO, PAPER, PART, METAL = "doc/Howto_evp.rst", "doc/Howto_evp_paper.rst", "doc/Howto_evp_part.rst", "doc/Howto_evp_metal.rst"
-FRICTION = "doc/Howto_evp_friction.rst"
+FRICTION, CLUSTER = "doc/Howto_evp_friction.rst", "doc/Howto_evp_cluster.rst"
 HEAT, HEAT_FIX = "doc/Howto_evp_heat.rst", "doc/fix_evp_heat.rst"
 BLOCKS = [block for page in PAGES for block in doc_blocks.blocks(page)]
 
@@ -78,6 +78,8 @@ NAMED = {
     (HEAT, "tests/lammps/test_doc_commands.py", "runs the input scripts, test_heat_*"): ("# grips hold their temperature", "add/heat linear", "expansion 2.3e-5 293"),
     (HEAT, "tests/lammps/test_doc_commands.py", "runs the deck with the file, test_heat_in_a_deck"): ("heat_rows all print", "-var also heat.lmp"),
     (METAL, "", "takes minutes; tests/tools/test_calibration.py tests its keywords and bars, test_failure.py how spheres fail"): ("--name failing",),
+    (CLUSTER, "", "need a cluster"): ("module load lammps\nevp doctor", "#SBATCH"),
+    (CLUSTER, "tests/lammps/test_doc_commands.py", "runs the file, test_files_of_a_large_run"): ("dump_modify     parts nfile 2",),
     (METAL, CALIBRATE, "tests the option with another row"): ("tension at 298 K:",),
     (METAL, CALIBRATE, WALK): ("--ranks 1 --name mymetal", "pass 1, elastic: E ", "in.specimen -var n 300", "-var increment 0.00025", "tools/curves.py numbers pull.csv",
                                "pull.csv   76"),
@@ -153,3 +155,15 @@ def test_heat_input_of_the_fix(tmp_path):
     power, closed = (float(value) for value in re.search(r"left layer: ([\d.]+) W\.(?s:.+?)= ([\d.]+) W", page).groups())
     measured = (crystal["c_out"][-1] - crystal["c_out"][-2]) / (crystal["Time"][-1] - crystal["Time"][-2])
     assert measured == pytest.approx(power, rel=1e-3) and power == pytest.approx(closed, rel=0.01)
+
+
+def test_files_of_a_large_run(tmp_path):
+    """On two ranks: a slice, all spheres in two files, a profile, and restart files that one rank reads."""
+    text = block_of(CLUSTER, "dump_modify     parts nfile 2").text.replace("100 100 10000", "5 10 50").replace("10000", "50")
+    (tmp_path / "cluster.lmp").write_text(text, encoding="utf-8")
+    run_lammps("in.traction", 2, {"specimen": REFERENCE, "rate": 50, "strain": 0.002, "also": "cluster.lmp"}, tmp_path).ok()
+    slice_of, parts = (sum(line.count(" ") > 3 and not line.startswith("ITEM") for line in text.splitlines())
+                       for text in ((tmp_path / "slice.dump").read_text(), "".join(path.read_text() for path in tmp_path.glob("parts.50.?.dump"))))
+    assert parts == 500 and 10 < slice_of and len((tmp_path / "profile.txt").read_text().splitlines()) > 20
+    again = "read_restart run.%.1.restart\nfix bonds all evp/bonds\nrun 0\n"
+    assert "500 atoms" in run_lammps(again, 1, {}, tmp_path).ok().stdout
