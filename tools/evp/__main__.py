@@ -48,13 +48,14 @@ def summary(path):
 
 def usage():
     """The whole help."""
-    titles = [page.read_text(encoding="utf-8").split("\n")[0] for page in sorted(FOLDERS["doc"][1].glob("*.rst"))]
+    pages = [page.read_text(encoding="utf-8") for page in sorted(FOLDERS["doc"][1].glob("*.rst"))]
+    commands = [name for page in pages for name in re.findall(r"^(.*) command\n=+$", page, re.M)]
     tools, scripts = ([path for path in (TOOLS / name for name in names) if path.exists()] for names in ([f"{name}.py" for name in FOR_USERS], SCRIPTS))
     parts = {"Tools": [(path.stem, summary(path)) for path in tools],
              "Scripts in the folder tools": [(path.name, summary(path)) for path in scripts],
              "Folders of evp path": [(name or "(none)", text) for name, (text, _) in FOLDERS.items()],
              "Input scripts, in the folder decks": [(path.name, summary(path)) for path in sorted(FOLDERS["decks"][1].glob("in.*"))],
-             "Commands for LAMMPS, each with a page in the folder doc": [(title[: -len(" command")], "") for title in titles if title.endswith(" command")]}
+             "Commands for LAMMPS, described in the folder doc": [(name, "") for name in commands]}
     return USAGE + "".join(f"\n{title}:\n" + "".join(f"  {name:<18}{text}".rstrip() + "\n" for name, text in rows) for title, rows in parts.items() if rows)
 
 
