@@ -104,21 +104,26 @@ def note_names(script, output):
         named.append(script)
 
 
-def run_lammps(deck, ranks=1, variables=None, cwd=None, seconds=SECONDS, flags=()):
-    """Run a deck (path, or name in lammps_inputs) or the text of one (more than one line), in folder cwd."""
-    cwd = pathlib.Path(cwd)
-    if "\n" in str(deck):
-        path = cwd / "in.lmp"
-        path.write_text(str(deck), encoding="utf-8")
-    else:
-        path = DECKS / deck
+def start_lammps(path, ranks=1, variables=None, cwd=None, flags=(), stdout=subprocess.DEVNULL):
+    """The process of a deck (path, or name in lammps_inputs), in folder cwd, in a session of its own."""
+    path = DECKS / path
     command = [*MPIRUN, "-np", str(ranks)] if ranks > 1 else []
     command += [str(LMP), "-log", "none", *flags, "-in", str(path)]
     for key, value in (variables or {}).items():
         command += ["-var", key, *(map(str, value) if isinstance(value, (list, tuple)) else [str(value)])]
-    process = subprocess.Popen(
+    return subprocess.Popen(
         command, cwd=cwd, env={**os.environ, **_ENVIRONMENT}, stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace", start_new_session=True)
+        stdout=stdout, stderr=subprocess.STDOUT, text=True, errors="replace", start_new_session=True)
+
+
+def run_lammps(deck, ranks=1, variables=None, cwd=None, seconds=SECONDS, flags=()):
+    """Run a deck (path, or name in lammps_inputs) or the text of one (more than one line), in folder cwd."""
+    cwd = pathlib.Path(cwd)
+    path = deck
+    if "\n" in str(deck):
+        path = cwd / "in.lmp"
+        path.write_text(str(deck), encoding="utf-8")
+    process = start_lammps(path, ranks, variables, cwd, flags, subprocess.PIPE)
     try:
         output, _ = process.communicate(timeout=seconds)
     except BaseException:

@@ -270,21 +270,3 @@ def test_two_partitions_with_one_prefix(lmp):
     assert one.returncode != 0 and not (one.folder / "d.csv").exists()
     lmp(text.format("c d"), 2, flags=flags).ok()
     assert (one.folder / "d.csv").read_text(encoding="utf-8") == "ran\n"
-
-
-def test_a_csv_of_another_run_is_not_resumed(tmp_path):
-    """Its rows stay; with the rows of the run, also of one that was killed after the last row, it goes on."""
-    run_lammps("in.specimen", 1, {"n": 120, "out": "body.data"}, tmp_path).ok()
-    choices = {"specimen": "body.data", "increment": 0.0005, "out": "c"}
-    run_lammps("in.quasistatic", 1, {**choices, "strain": 0.001}, tmp_path).ok()
-    mine = (tmp_path / "c.csv").read_text(encoding="utf-8")
-    longer = mine.splitlines()[:1] + [line.replace("0.00", "0.01") for line in mine.splitlines()[1:]]
-    for other in ("\n".join(longer) + "\n", mine.splitlines()[0] + "\n", ""):
-        (tmp_path / "c.csv").write_text(other, encoding="utf-8")
-        run = run_lammps("in.quasistatic", 1, {**choices, "strain": 0.002, "resume": "yes"}, tmp_path)
-        assert run.returncode == 1 and "ERROR: c.csv is not that of c.resume: another run has written it since" in " ".join(run.stdout.split())
-        assert (tmp_path / "c.csv").read_text(encoding="utf-8") == other
-    (tmp_path / "c.csv").write_text(mine + "0.0015,1,1,0.0015,0,0,0,1,0,0\n", encoding="utf-8")
-    run_lammps("in.quasistatic", 2, {**choices, "strain": 0.0015, "resume": "yes"}, tmp_path).ok()
-    lines = (tmp_path / "c.csv").read_text(encoding="utf-8").splitlines()
-    assert len(lines) == 5 and lines[:3] == mine.splitlines()[:3] and not lines[-1].startswith("0.0015,1,1")

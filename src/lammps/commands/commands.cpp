@@ -6,6 +6,7 @@
 #include "lammps/base/atom_directory.h"
 #include "lammps/base/collective.h"
 #include "lammps/base/output_claim.h"
+#include "lammps/base/saved_run.h"
 #include "lammps/base/scene.h"
 #include "lammps/base/script_variables.h"
 #include "lammps/base/user_input.h"
@@ -257,7 +258,7 @@ namespace {
 
 /// A choice of an input script: NAME, NAME? which need not be defined, or NAME with rules, joined by commas: =WORD|WORD, >X,
 /// >=X, <X, <=X, !=X, number, integer; or the rule name: of a file or folder, or the numbers of a row; or output: a name with
-/// which all files begin that the script writes.
+/// which all files begin that the script writes. The rule free: a run may be resumed with another value.
 struct Choice {
   std::string name, rules;
   bool optional;
@@ -279,7 +280,7 @@ struct Choice {
     bool listed = false, takes_numbers = false, holds = is_number(value, number);
     std::string words, kind = "a number", bounds, rule, word;
     for (std::istringstream all(rules); std::getline(all, rule, ',');) {
-      if (rule.empty()) continue;
+      if (rule.empty() || rule == "free") continue;
       const std::string sign = rule.substr(0, rule.find_first_not_of("<>=!"));
       if (rule[0] == '=' && rule.size() > 1) {
         for (std::istringstream some(rule.substr(1)); std::getline(some, word, '|');) {
@@ -310,6 +311,11 @@ struct Choice {
 
   bool is_output() const { return rules == ",output"; }
   bool takes_integers() const { return rules.find("integer") != std::string::npos; }
+  bool is_free() const
+  {
+    return name == "resume" || name == "also" || is_output() ||
+        rules.find(",free") != std::string::npos;
+  }
 
  private:
   // LAMMPS splits some of its commands at blanks, and names reach the shell, too
@@ -400,6 +406,39 @@ void EVPChoices::set_here() const
   set_script_variable(lmp, "evp_choices", "here", folder, "rename it");
 }
 
+// Collective. Defines `choices`, the first line of PREFIX.resume, of texts 'NAME VALUE', and `state`, K of the restart file from
+// which a run is resumed. Stops where that is a run with other choices.
+void EVPChoices::find_saved_run(const std::string &script, const std::vector<std::string> &texts,
+                                const std::string &prefix) const
+{
+  const char *const resume = input->variable->retrieve("resume");
+  const bool resumes = resume && strcmp(resume, "yes") == 0;
+  SavedRun saved;
+  if (resumes && comm->me == 0) saved = read_saved_run(prefix);
+  std::string line = script, complaint;
+  for (const std::string &text : texts) {
+    line += (line == script ? ": " : ", ") + text;
+    const bool is_same = saved.choices.rfind(line, 0) == 0 &&
+        (saved.choices.size() == line.size() || saved.choices[line.size()] == ',');
+    if (complaint.empty() && !is_same)
+      complaint =
+          fmt::format("{}.resume is of a run with another '{}': give the choices of that run",
+                      prefix, text.substr(0, text.find(' ')));
+  }
+  if (saved.choices.rfind(script + ":", 0) != 0)
+    complaint = fmt::format("{}.resume is of another input script", prefix);
+  if (saved.choices.empty() || saved.state < 0)
+    complaint =
+        fmt::format("no run has saved a state in {}.resume and {}.K.restart: give -var resume no",
+                    prefix, prefix);
+  if (comm->me > 0 || !resumes) complaint.clear();
+  broadcast(complaint, 0, world);
+  if (!complaint.empty()) error->all(FLERR, "{}: {}", script, complaint);
+  set_script_variable(lmp, "evp_choices", "choices", line, "rename it");
+  const int state = reduce_all(saved.state, MPI_MAX, world);
+  set_script_variable(lmp, "evp_choices", "state", std::to_string(std::max(state, 0)), "rename it");
+}
+
 // evp_choices SCRIPT NAME[?][RULE[,RULE ...]] ... [only], or evp_choices SCRIPT implied NAME ...
 void EVPChoices::command(int narg, char **arg)
 {
@@ -413,11 +452,14 @@ void EVPChoices::command(int narg, char **arg)
   const bool ends = strcmp(arg[narg - 1], "only") == 0;
   const char *const also = input->variable->retrieve("also");    // a file, maybe with choices
   const bool only = ends && (!also || strcmp(also, "/dev/null") == 0);
-  std::vector<std::string> known = {"here"};
+  std::vector<std::string> known = {"here", "choices", "state"};
   std::string output, prefix;    // name and value of the choice with that rule
+  bool is_resumable = false;
+  std::vector<std::string> kept;    // that a run which is resumed must have again
   for (int k = 1; k < narg - ends; k++) {
     const Choice choice(arg[k]);
     known.push_back(choice.name);
+    is_resumable = is_resumable || choice.name == "resume";
     const char *value = input->variable->retrieve(choice.name.c_str());
     const int igroup = value ? -1 : group->find(choice.name);
     const std::string atoms = std::to_string(igroup < 0 ? 0 : group->count(igroup));
@@ -431,10 +473,12 @@ void EVPChoices::command(int narg, char **arg)
       choice.check(value, igroup >= 0);
     });
     line += fmt::format("{} {} {}", line == arg[0] ? ":" : ",", choice.name, value);
+    if (!choice.is_free()) kept.push_back(choice.name + " " + value);
     if (choice.is_output()) std::tie(output, prefix) = std::tie(choice.name, value);
     if (choice.takes_integers() && igroup < 0) write_as_integer(choice.name, value);
   }
   if (!output.empty()) claim(arg[0], output, prefix);
+  if (is_resumable) find_saved_run(arg[0], kept, prefix);
   if (comm->me == 0) utils::logmesg(lmp, line + "\n");
   char name[256] = {};
   for (int k = 0;

@@ -48,6 +48,8 @@ class EVPChoices : public Command {
   void set_implied(int, char **) const;
   void claim(const char *script, const std::string &name, const std::string &value) const;
   void set_here() const;
+  void find_saved_run(const std::string &script, const std::vector<std::string> &texts,
+                      const std::string &prefix) const;
   void write_as_integer(const std::string &name, const std::string &value) const;
 };
 

@@ -3,12 +3,15 @@
 #include "lammps/energy/fix_evp_energy.h"
 
 #include "lammps/base/collective.h"
+#include "lammps/base/restart_file.h"
 
 #include "domain.h"
 #include "group.h"
 
 using namespace LAMMPS_NS;
 using namespace EVP;
+
+static constexpr double RESTART_FORMAT = 2013;    // first word of our section in restart files
 
 FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp, narg, arg)
 {
@@ -17,6 +20,7 @@ FixEVPEnergy::FixEVPEnergy(LAMMPS *lmp, int narg, char **arg) : AtomRecords(lmp,
     error->all(FLERR,
                "{} needs group all: the energy balance of a part of the atoms does not close", who);
   scene::demand_only_one(modify, error, this, who);
+  restart_global = 1;
   nevery = 1;
   scene::offer_values(this, NENTRIES);
   keep_records();
@@ -315,4 +319,33 @@ void FixEVPEnergy::set_arrays(int i)
 {
   records[i] = {};
   unwrap(i, records[i].x);
+}
+
+void FixEVPEnergy::write_restart(FILE *fp)
+{
+  Totals all = over_all_ranks(now);
+  const double ended = all.instant.pairs.ended;    // the next run counts from 0
+  all.instant = start;
+  all.instant.pairs.ended -= ended;
+  all.works.dissipated = std::max(entries[DISSIPATED], all.works.dissipated);
+  const auto *const numbers = reinterpret_cast<const double *>(&all);
+  std::vector<double> words = {RESTART_FORMAT, (double) started};
+  words.insert(words.end(), numbers, numbers + sizeof(all) / sizeof(double));
+  seal(words);
+  if (comm->me == 0) restart_file::write_section(fp, words);
+}
+
+void FixEVPEnergy::restart(char *buf)
+{
+  const auto *words = reinterpret_cast<const double *>(buf);
+  Totals all{};
+  constexpr size_t SIZE = sizeof(all) / sizeof(double);
+  if (words[0] != RESTART_FORMAT || !is_sealed(words, 2 + SIZE + 1))
+    restart_file::stop_at_damaged_section(error,
+                                          who + ": its section of the restart file is damaged");
+  started = words[1] != 0.0;
+  std::copy_n(words + 2, SIZE, reinterpret_cast<double *>(&all));
+  start = all.instant;
+  entries[DISSIPATED] = all.works.dissipated;
+  if (comm->me == 0) now.works = all.works;
 }

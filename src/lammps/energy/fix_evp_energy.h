@@ -217,6 +217,9 @@ class FixEVPEnergy :
   double memory_usage() override { return AtomRecords::memory_usage() + work.memory_usage(); }
   void set_arrays(int) override;
 
+  void write_restart(FILE *) override;
+  void restart(char *) override;
+
   // see EVP::Effect
 
   bool begin_run(EVP::PairData &) override;
