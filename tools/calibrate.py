@@ -272,7 +272,12 @@ def calibrate(options, words):
             way = f"tension at {temperature:g} K"
             result.residuals[way] = {what: value for what, value in hot.residuals(result.moduli, {"tension": run})["tension"].items() if value == value}
             print(f"{way}: {calibration.told(result.residuals[way])}", flush=True)
-        line, bars = f"{options.name} {row}", rupture.pull_bars(row, work, options.ranks, BAR_SPHERES) if failure else {}
+        line, bars = f"{options.name} {row}", {}
+        if failure:
+            try:
+                bars = rupture.pull_bars(row, work, options.ranks, BAR_SPHERES)
+            except KeyboardInterrupt:
+                print("interrupted: the row is kept, without a test of its rupture", file=sys.stderr)
         picture = calibration.draw(options.name, targets, result, out.with_name(f"{out.stem}.{options.name}.png"))
         check_file(out, options.name)
         calibration.append(out, comments(options, targets, result, over, bars, words) + [line])

@@ -144,6 +144,9 @@ def show_numbers(args):
         if len(turns):
             print(f"NOTE: {path} turns back at strain {curve.strain[turns[0]]:g}: the numbers above are those of the way there. "
                   f"{typed('curves.py')} cycle and {typed('curves.py')} table give those of the way back, too")
+        peak = int(curve.virial.argmax())
+        if curve.virial[-1] < 0.5 * curve.virial[peak] and not len(turns):
+            print(f"{path}: largest stress {1e-6 * curve.virial[peak]:.5g} MPa at strain {curve.strain[peak]:.4g}, {1e-6 * curve.virial[-1]:.5g} MPa at the end")
         tell(path, found[path])
 
 

@@ -78,9 +78,9 @@ moved=$(evp_moved_from "$EVP_BUILD")
 trap 'die "interrupted; call it again and it goes on from there"' INT TERM
 mkdir -p "$cache" "$EVP_BUILD" || die "cannot write to $cache or $EVP_BUILD; set EVP_CACHE to a folder of yours"
 : >"$log"
-exec 9>"$cache/lock"
+exec 9>"$cache/lock-$release"
 if ! flock -n 9; then
-  say "another set-up is at work in $cache; waiting for it (at most 30 min)"
+  say "another set-up of LAMMPS $release is at work in $cache; waiting for it (at most 30 min), or set EVP_CACHE to another folder"
   flock -w 1800 9 || die "the other set-up did not end within 30 min; look for a running tools/setup.sh"
 fi
 

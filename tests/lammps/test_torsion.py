@@ -49,7 +49,7 @@ def test_grips_without_spheres_are_refused(tmp_path):
     run_lammps("in.specimen", 1, {"n": 300, "shape": "block", "length": 0.01, "width": 0.02, "height": 0.02, "out": "flat.data"}, tmp_path).ok()
     for deck, group in (("torsion", "left"), ("traction", "left"), ("cyclic", "left"), ("quasistatic", "left"), ("indent", "base"), ("upset", "bottom")):
         refused(run_lammps(f"in.{deck}", 1, {"specimen": "flat.data", "material": DECKS.parent / "potentials/metals.evp:copper_OFHC"}, tmp_path),
-                f"in.{deck}: the number of atoms of group {group} must be a number >= 3, got 0: give the body more spheres, or another length")
+                f"in.{deck}: the number of atoms of group {group} must be a number >= 3, got 0: give the body more spheres, or another size")
 
 
 def test_increments_after_fire_are_whole(tmp_path):

@@ -93,7 +93,7 @@ find_lammps_build() {
 # Sets tree and lammps_build of release $1 with integers $2; status 1 where the release cannot be had.
 get_lammps() {
   local answer=$work/tree-$1 graphics=
-  exec 9>"$cache/lock"
+  exec 9>"$cache/lock-$1"
   flock -w 1800 9 || die "a set-up has been at work in $cache for 30 min"
   # in a subshell, as it ends the process where there is no source
   (get_lammps_source "$1" && printf '%s\n' "$tree" >"$answer") || return 1

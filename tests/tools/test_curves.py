@@ -111,6 +111,14 @@ def test_numbers_of_a_curve_that_turns_back_are_those_of_the_way_there(tmp_path,
     assert [float(word) for word in numbers[2:-1]] == pytest.approx([sign * float(word) for word in expected[2:-1]])
 
 
+def test_a_curve_to_rupture_tells_its_largest_stress(tmp_path):
+    curve = bilinear()
+    fallen = curve._replace(virial=np.where(curve.strain > 0.0151, 0.0, curve.virial))
+    shown = command("numbers", inputs.curve_file(tmp_path / "a.csv", fallen))
+    assert f"a.csv: largest stress {1e-6 * (E * BEND + H * (0.0151 - BEND)):.5g} MPa at strain 0.0151, 0 MPa at the end" in shown.stdout
+    assert "largest" not in command("numbers", inputs.curve_file(tmp_path / "b.csv", curve)).stdout
+
+
 # ---- files ----
 
 HEAD = "strain,stress_grip,stress_virial\n"

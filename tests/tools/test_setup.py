@@ -65,13 +65,13 @@ def test_second_call_makes_nothing_and_the_first_waits_for_another(tmp_path):
     """What build/ remembers of the last set-up is put back."""
     options = BUILD / "setup.options"
     before = options.read_text() if options.exists() else None
-    with subprocess.Popen(["flock", str(tmp_path / "lock"), "sleep", "3"]) as holder:
-        while not (tmp_path / "lock").exists():
+    with subprocess.Popen(["flock", str(tmp_path / "lock-4Feb2025"), "sleep", "3"]) as holder:
+        while not (tmp_path / "lock-4Feb2025").exists():
             time.sleep(0.01)
         time.sleep(0.2)
         status, text = setup(*own_lammps(), EVP_CACHE=str(tmp_path))
         assert holder.poll() is not None, "went on while the lock was held"
-    assert status == 0 and "another set-up is at work" in text, text
+    assert status == 0 and "another set-up of LAMMPS 4Feb2025 is at work" in text, text
     library = (BUILD / "evpplugin.so").stat().st_mtime_ns
     status, text = setup(*own_lammps(), EVP_CACHE=str(tmp_path))
     assert status == 0 and "nothing is missing" in text and f"{BUILD}/lmp -in FILE" in text, text

@@ -305,7 +305,7 @@ struct Choice {
     if (takes_numbers) words += (words.empty() ? "" : " or ") + kind + bounds;
     if (is_group)
       throw BadInput("the number of atoms of group " + name + " must be " + words + ", got " +
-                     value + ": give the body more spheres, or another length");
+                     value + ": give the body more spheres, or another size");
     throw BadInput("-var " + name + " must be " + words + ", got '" + shown(value) + "'");
   }
 
