@@ -158,12 +158,12 @@ def test_heat_input_of_the_fix(tmp_path):
 
 
 def test_files_of_a_large_run(tmp_path):
-    """On two ranks: a slice, all spheres in two files, a profile, and restart files that one rank reads."""
+    """On two ranks: a slice, all spheres in two files, a profile, and the last restart file of the deck, which one rank reads."""
     text = block_of(CLUSTER, "dump_modify     parts nfile 2").text.replace("100 100 10000", "5 10 50").replace("10000", "50")
     (tmp_path / "cluster.lmp").write_text(text, encoding="utf-8")
     run_lammps("in.traction", 2, {"specimen": REFERENCE, "rate": 50, "strain": 0.002, "also": "cluster.lmp"}, tmp_path).ok()
     slice_of, parts = (sum(line.count(" ") > 3 and not line.startswith("ITEM") for line in text.splitlines())
                        for text in ((tmp_path / "slice.dump").read_text(), "".join(path.read_text() for path in tmp_path.glob("parts.50.?.dump"))))
     assert parts == 500 and 10 < slice_of and len((tmp_path / "profile.txt").read_text().splitlines()) > 20
-    again = "read_restart run.%.1.restart\nfix bonds all evp/bonds\nrun 0\n"
+    again = "read_restart traction.0.restart\nfix bonds all evp/bonds\nrun 0\n"
     assert "500 atoms" in run_lammps(again, 1, {}, tmp_path).ok().stdout

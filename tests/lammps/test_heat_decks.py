@@ -96,7 +96,7 @@ def test_a_hot_run_that_stopped_goes_on(bar, tmp_path):
     assert len(read_csv(tmp_path / "part.csv")["strain"]) < 6, "control: it stopped"
     for other in ({"temperature": 0}, {"temperature": 400}):
         refused = run_lammps("in.quasistatic", 1, {**choices, **other, "out": "part", "resume": "yes"}, tmp_path)
-        assert refused.returncode != 0 and "ERROR: part.resume is of another specimen, material, temperature, plasticity or contact: " in refused.stdout
+        assert refused.returncode != 0 and "ERROR: in.quasistatic: part.resume is of a run with another 'temperature'" in refused.stdout
     run_lammps("in.quasistatic", 1, {**choices, "out": "part", "resume": "yes"}, tmp_path).ok()
     assert (tmp_path / "part.csv").read_text() == (tmp_path / "whole.csv").read_text()
 

@@ -267,7 +267,7 @@ def test_each_column_of_the_decks_has_a_unit():
     written = set()
     for deck in [*run.DECKS.glob("in.*"), run.DECKS / "bond_counts.lmp"]:
         text = re.sub(r"\s*&\s*\n\s*", " ", deck.read_text(encoding="utf-8"))
-        for names in re.findall(r'(?:\btitle |\bprint +"*|bond_titles index )([a-z_]+(?:, ?[a-z_0-9]+)+)', text):
+        for names in re.findall(r'(?:\btitle |\bprint +"*|csv_columns string "?|bond_titles index )([a-z_]+(?:, ?[a-z_0-9]+)+)', text):
             written |= set(names.replace(" ", "").split(","))
     assert {"force_ram", "ended_at_dlim", "thermocouple_5", "heat_imbalance", "hardness", "anisotropy"} < written
     assert written == set(figures.UNITS)
