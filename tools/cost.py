@@ -46,6 +46,9 @@ LOAD = re.compile(r"^([\d.]+)% CPU use", re.M)  # of the processor in a loop: le
 MINIMIZED = "Minimization stats:"  # stands behind the loop time of a minimization
 AT = re.compile(rf"^{MARK} (\w+) (\S+) of (\S+), step (\d+) of (\S+) s, after (\S+) s: .*\) \S (.*)$", re.M)
 PEAK = re.compile(r"^VmHWM:\s+(\d+) kB", re.M)
+LARGE = 30000  # spheres, below which what LAMMPS takes for any body, and not for each sphere, is seen in the memory
+FEWEST = 500  # spheres per MPI rank, of the runs of doc/performance.md: 32 000 on 16 ranks have 2000
+LEAST = 2.0  # [s] of processor time, where a script is cut short
 LARGEST = 1e9  # [bytes] of a folder that is copied
 PARTS = "Pair", "Neigh", "Comm", "Output", "Modify"  # of LAMMPS' breakdown
 # The memory of the first MPI rank, in a file of Linux.
@@ -94,6 +97,7 @@ class Cost(NamedTuple):
     empty: float
     memory: float
     source: str
+    bound: str = ""  # before the memory
 
     def scaled(self, spheres, ranks, hosts, fit, grows):
         """The row of another body on other ranks. fit: Efficiency; grows: the number of steps does."""
@@ -101,14 +105,15 @@ class Cost(NamedTuple):
         longer = share * self.ranks * fit.of(self.spheres, self.ranks) / (ranks * fit.of(spheres, ranks, hosts))
         memory = self.empty + (self.memory - self.empty) * share * self.ranks / ranks
         return Cost(spheres, ranks, hosts, self.steps * (share ** (1.0 / 3.0) if grows else 1.0), self.start * longer, self.each * longer, self.empty, memory,
-                    "scaled" if (ranks, hosts) == (self.ranks, 1) else "scaled, ranks by the model")
+                    "scaled" if (ranks, hosts) == (self.ranks, 1) else "scaled, ranks by the model",
+                    "< " if share > 1.0 and self.spheres < LARGE else "")
 
     def texts(self):
         """The cells."""
         seconds = self.start + self.steps * self.each
         hours, memory = self.ranks * seconds / 3600.0, self.ranks * self.memory / self.hosts
         return (str(self.spheres), str(self.ranks), str(self.hosts), f"{self.steps:.0f}", f"{1e3 * self.each:.3g} ms", short(hours), format_seconds(seconds),
-                "-" if memory != memory else f"{memory:.0f} MB" if memory < 1e4 else f"{1e-3 * memory:.0f} GB", self.source)
+                "-" if memory != memory else f"{self.bound}{memory:.0f} MB" if memory < 1e4 else f"{self.bound}{1e-3 * memory:.0f} GB", self.source)
 
 
 def short(number):
@@ -126,7 +131,8 @@ def timings(deck, seconds):
     lines += [f"print '{MARK} as it is'", *window]
     for name, style in own:
         if style in EFFECTS and not re.search(rf"^compute\s.*\bf_{name}\b", deck, re.M):  # which would end the run without it
-            lines += [f"print '{MARK} without {name} {style}'", f'if "$(is_defined(fix,{name}))" then "unfix {name}"', *window]
+            commands = [f"print '{MARK} without {name} {style}'", f"unfix {name}", *window]
+            lines.append(f'if "$(is_defined(fix,{name}))" then ' + " ".join(f'"{command}"' for command in commands))
     return "\n".join([*lines, f"print '{MARK} end'", ""])
 
 
@@ -204,6 +210,9 @@ class Run:
             wall, processor = marks[-1].wall, marks[-1].processor
         start = marks[0].processor if marks and "also" in choices else processor * max(0.0, 1.0 - sum(seconds for seconds, _ in loops) / wall)
         self.used = processor - start
+        if not marks or marks[-1].kind != "last":  # what is done once, as at the end, is not of the steps
+            self.used = sum(seconds for seconds, _ in loops) * processor / wall
+            start = processor - self.used
         if not steps:
             raise RunError(f"{self.deck.name} made no timestep in this time: give more --seconds")
         total = self.all_steps(steps, marks, [number for _, number in loops], log) if self.is_cut else steps
@@ -309,6 +318,11 @@ def main(words=None):
             with tempfile.TemporaryDirectory(prefix="evp_cost_") as folder:
                 runs[ranks] = Run(options, text, ranks, pathlib.Path(folder), ranks == counts[-1])
         run = runs[counts[-1]]
+        farthest = max(runs.values(), key=lambda one: one.share)  # the number of steps does not depend on the ranks
+        for one in runs.values():
+            one.cost = one.cost._replace(steps=farthest.cost.steps)
+        if run.share < 1.0 and run.used < LEAST:
+            run.notes.append(f"WARNING: less than {LEAST:g} s of processor time were measured, too little for a forecast: give more --seconds")
         fit, spheres = efficiency.read(PERFORMANCE), options.n or run.atoms
         rows = [one.cost for one in runs.values()]
         for ranks in options.ranks:
@@ -316,6 +330,8 @@ def main(words=None):
                 rows.append(runs[min(ranks, cores)].cost.scaled(spheres, ranks, options.hosts, fit, bool(re.search("evp/dt|dt/evp", text))))
         print_table(("spheres", "ranks", "hosts", "steps", "a step", "core hours", "time", "memory of a host", "row"), [row.texts() for row in rows])
         print(f"  measured: {100 * run.share:.{3 if run.share == 1 else 2}g} % of the steps of {options.deck.name}, {run.used:.2g} s of processor time on each rank")
+        if any(row.spheres / row.ranks < FEWEST and "scaled" in row.source for row in rows):
+            print(f"  WARNING: rows with fewer than {FEWEST} spheres on a rank were not measured: a rank then mostly waits")
         if any("model" in row.source for row in rows):
             print(f"  model: efficiency by doc/performance.md, {100 * fit.of(spheres, max(options.ranks), options.hosts):.0f} % on {max(options.ranks)} MPI ranks; it is a fit "
                   f"to at most {fit.most} ranks on one host, to {100 * fit.off:.0f} %, and has no network between hosts")

@@ -32,7 +32,7 @@ SCENES = {
     "in.cyclic": ({"specimen": "body", "plasticity": "isotropic", "strain": 0.01, "lower": "release", "rate": 100}, (1, 1, 1)),
     "in.quasistatic": ({"specimen": "body", "plasticity": "isotropic", "strain": 0.01, "lower": "release", "also": DECKS / "frames.lmp"}, (1, 1, 1)),
     "in.taylor": ({"specimen": "body", "coeff": ROW, "speed": 50}, (1, 1, 1)),
-    "in.upset": ({"specimen": "body", "speed": 20, "strain": 0.2}, (2, 2, 2)),
+    "in.upset": ({"specimen": "body", "coeff": ROW, "speed": 20, "strain": 0.2}, (2, 2, 2)),
     "in.extrude": ({"specimen": "body", "coeff": ROW, "speed": 40, "travel": 0.2}, (1, 1, 1)),
     "in.spray": ({"plate": "target", "particle": "particle", "speed": 700, "time": 6e-8, "also": DECKS / "frames.lmp"}, (1, 1, 2)),
     "in.blank": ({"specimen": "sheet", "speed": 100, "travel": 0.15}, (1, 1, 1)),
@@ -118,7 +118,12 @@ def test_nothing_to_resume(tmp_path, body):
     for other in (b"", rows[:200], rows.replace(b"stress_grip", b"torque")):
         (tmp_path / "pull.csv").write_bytes(other)
         (tmp_path / "pull.row").unlink(missing_ok=True)
-        refused("ERROR: pull.csv lacks rows of the run that is to be resumed: another run has written it since")
+        refused("ERROR: pull.csv is missing or lacks rows of the run that is to be resumed")
         assert (tmp_path / "pull.csv").read_bytes() == other
+    metal = {"rate": 100, "strain": 0.002, "material": "metal.evp:row"}
+    (tmp_path / "metal.evp").write_text(f"# UNITS: si\nrow {ROW}\n", encoding="utf-8")
+    run_lammps("in.traction", 1, {**choices, **metal}, tmp_path).ok()
+    (tmp_path / "metal.evp").write_text(f"# UNITS: si\nrow {ROW.replace('80', '90', 1)}\n", encoding="utf-8")
+    refused("ERROR: material or body have changed since pull.resume was written", **metal)
     run_lammps("in.traction", 1, {**choices, "strain": 0.0001}, tmp_path).ok()
     refused("no run has saved", strain=0.0001)

@@ -323,7 +323,7 @@ struct Choice {
   {
     const std::vector<std::string> words = split_words(value);
     double number;
-    if (!words.empty() && is_number(words[0], number)) return;
+    if (!is_output() && !words.empty() && is_number(words[0], number)) return;
     if (value.empty() || value.find_first_of(" \t\r\n\"'`#$&|;<>()\\*?%") != std::string::npos)
       throw BadInput("-var " + name +
                      " must be a name without blanks and any of \"'`#$&|;<>()\\*?%, got '" +
