@@ -179,6 +179,13 @@ def lacking(row):
     return "; ".join(f"{' '.join(keys)}: {page}" for page, keys in missing if keys)
 
 
+def continued(curve):
+    """Where a flow curve that is known to a small strain goes on, as a line; '' of another one."""
+    if curve.end >= 1.0:
+        return ""
+    return f"beyond a plastic strain of {curve.end:.3g} the flow curve goes on with its last slope: {1e-6 * float(curve.at(flow.FAR)):.4g} MPa at {flow.FAR:g}"
+
+
 def value_at(word):
     """(value, place) of VALUE@PLACE, the value above 0."""
     value, _, place = word.partition("@")
@@ -243,6 +250,8 @@ def like(options, words):
     line = f"{options.name} {material.words(*(f'{keys[key]:.6g}' for key in ('spacing', 'coordination')))}{more}"
     calibration.append(options.out.absolute(), ["", f"# {options.name}: scaled from {name}, not run; {LIKE}", f"#   by: calibrate.py {shown(words)}", line])
     print(f"{line}\nappended to {options.out}; scaled from {name}, not run: {LIKE}. For a row to rely on leave out --like")
+    if continued(targets.curve):
+        print(continued(targets.curve))
 
 
 def shown(words):
@@ -290,8 +299,9 @@ def calibrate(options, words):
     if bars:
         print(f"rupture: {ruptures(options, bars)}")
     print(f"{line}\nappended to {options.out}; picture {picture.name}")
-    if lacking(row):
-        print(f"not in the row: {lacking(row)}")
+    for told in (continued(targets.curve), f"not in the row: {lacking(row)}" if lacking(row) else ""):
+        if told:
+            print(told)
     if result.misses():
         print(f"{typed('calibrate.py')}: missed: {'; '.join(f'{way} {calibration.told(off)}' for way, off in result.misses().items())}", file=sys.stderr)
     return result

@@ -242,6 +242,12 @@ def test_what_a_row_lacks():
     assert calibrate.lacking("80 8 4 3 8 4 0.005 0 1.5 capacity 900 damage 0.1 0 0 0 0 rupture 0") == "conductivity soften melt rate expansion: doc/Howto_evp_heat.rst"
 
 
+def test_how_far_a_curve_is_known_is_told():
+    known = flow.through(70e9, 95e6, [(150e6, 0.05)])
+    assert calibrate.continued(known) == f"beyond a plastic strain of {known.end:.3g} the flow curve goes on with its last slope: {1e-6 * known.at(2.0):.4g} MPa at 2"
+    assert calibrate.continued(flow.johnson_cook(2e8, 3e8, 0.4)) == ""
+
+
 def test_what_is_a_miss():
     result = calibration.Result(None, None, {}, {"elastic": {"E": 0.021, "nu": 0.029}, "tension": {0.05: -0.051, 0.1: 0.049}, "shear": {1.0: -0.059, 2.0: 0.061}})
     assert result.misses() == {"elastic": {"E": 0.021}, "tension": {0.05: -0.051}, "shear": {2.0: 0.061}}
