@@ -212,7 +212,7 @@ def ranks_section(bench):
 
 def messages_section(bench):
     """What a rank sends in a step."""
-    counter = CHECKOUT / "build" / "unit" / "count_collectives.so"
+    counter = pathlib.Path(os.environ.get("EVP_BUILD") or CHECKOUT / "build") / "unit" / "count_collectives.so"
     if not counter.is_file():
         raise RunError(f"no {counter}: build the tests")
     heat = f"{scenes.HEAT}\nfix step all dt/evp 100 0.4 max 1e-3\nfix ledger all evp/energy"
