@@ -107,7 +107,7 @@ def note_names(script, output):
 
 
 def start_lammps(path, ranks=1, variables=None, cwd=None, flags=(), stdout=subprocess.DEVNULL):
-    """The process of a deck (path, or name in lammps_inputs), in folder cwd, in a session of its own."""
+    """The process of a deck (path, or name in lammps_inputs), in folder cwd, in a process group of its own."""
     path = DECKS / path
     command = [*MPIRUN, "-np", str(ranks)] if ranks > 1 else []
     command += [str(LMP), "-log", "none", *flags, "-in", str(path)]

@@ -2,8 +2,6 @@
 
 #include "lammps/base/saved_run.h"
 
-#include "lmprestart.h"
-
 #include <filesystem>
 #include <fstream>
 
@@ -11,10 +9,12 @@ namespace EVP {
 
 namespace {
 
-  // LAMMPS ends a restart file with these bytes: one that was killed as it wrote has not
+  // with which LAMMPS ends a restart file (its lmprestart.h, which an installed LAMMPS lacks): one that was killed as it wrote has not
+  constexpr char MAGIC[] = "LammpS RestartT";
+
   bool is_whole(const std::string &path)
   {
-    const std::string end(MAGIC_STRING, sizeof(MAGIC_STRING));
+    const std::string end(MAGIC, sizeof(MAGIC));
     std::string found(end.size(), ' ');
     std::ifstream file(path, std::ios::binary);
     file.seekg(-(std::streamoff) end.size(), std::ios::end);
