@@ -298,7 +298,7 @@ def calibrate(options, words):
         (calibration.name_of(what), *(f"{100.0 * result.residuals[way][what]:+.1f} %" if what in result.residuals[way] else "-" for way in ways)) for what in whats])
     if bars:
         print(f"rupture: {ruptures(options, bars)}")
-    print(f"{line}\nappended to {options.out}; picture {picture.name}")
+    print(f"{line}\nappended to {options.out}; picture {options.out.with_name(picture.name)}")
     for told in (continued(targets.curve), f"not in the row: {lacking(row)}" if lacking(row) else ""):
         if told:
             print(told)

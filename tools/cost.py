@@ -299,7 +299,7 @@ def errors(deck, screen, atoms):
 def main(words=None):
     words = sys.argv[1:] if words is None else words
     parser = command_line(__doc__)
-    parser.add_argument("--n", type=whole(1), metavar="N", help="spheres of the rows that are asked for (default: those of the script)")
+    parser.add_argument("--n", type=whole(1), metavar="N", help="spheres of the rows that are asked for, those of tools among them (default: those of the script)")
     parser.add_argument("--ranks", type=whole(1), nargs="+", default=[1], metavar="R", help="MPI ranks, a row for each (default: 1)")
     parser.add_argument("--hosts", type=whole(1), default=1, metavar="H", help="computers that share the ranks (default: %(default)s)")
     parser.add_argument("--seconds", type=whole(1), default=20, metavar="S", help="for which the script runs (default: %(default)s)")
@@ -333,8 +333,8 @@ def main(words=None):
         if any(row.spheres / row.ranks < FEWEST and "scaled" in row.source for row in rows):
             print(f"  WARNING: rows with fewer than {FEWEST} spheres on a rank were not measured: a rank then mostly waits")
         if any("model" in row.source for row in rows):
-            print(f"  model: efficiency by doc/performance.md, {100 * fit.of(spheres, max(options.ranks), options.hosts):.0f} % on {max(options.ranks)} MPI ranks; it is a fit "
-                  f"to at most {fit.most} ranks on one host, to {100 * fit.off:.0f} %, and has no network between hosts")
+            print(f"  model: efficiency by doc/performance.md, {100 * fit.of(spheres, max(options.ranks), options.hosts):.0f} % on {max(options.ranks)} MPI ranks: fitted to "
+                  f"runs on at most {fit.most} ranks of one host, which it meets within {100 * fit.off:.0f} %; it has no network between hosts")
         uncut = run.parts["deck"].partition("WARNING: Wall time limit")[0]  # what comes after it is of a run that was cut short
         effects = {title: part for title, part in run.parts.items() if title == "as it is" or title.startswith("without ")}
         warnings = dict.fromkeys(re.findall("^WARNING: .*", uncut, re.M))

@@ -149,4 +149,6 @@ elif [ "$release" != 4Feb2025 ]; then
 else
   rm -f "$remembered"
 fi
-say "ready in ${SECONDS} s: $EVP_BUILD/lmp -in FILE, or mpirun -np 2 $EVP_BUILD/lmp -in FILE"
+as_root=""
+[ "$(id -u)" != 0 ] || as_root="--allow-run-as-root "
+say "ready in ${SECONDS} s: $EVP_BUILD/lmp -in FILE, or mpirun ${as_root}-np 2 $EVP_BUILD/lmp -in FILE"

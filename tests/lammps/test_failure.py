@@ -183,4 +183,5 @@ def test_what_acts_is_told(lmp, tmp_path):
         return next(line for line in lmp(head("on") + text + "run 0\n").ok().stdout.splitlines() if line.startswith("evp/lj:"))
 
     assert "spheres fail by the damage of their row" in told(style(body, more=failing()))
+    assert "inactive without fix evp/heat: rate, D4 of damage" in told(style(body, more=" rate 0.01 1" + failing().replace(" 0 0 rupture", " 0.1 0 rupture")))
     assert "fail by" not in told(style(body)) and "inactive without plasticity isotropic: yield, damage" in told(style(body, more=failing()).replace("isotropic", "none"))

@@ -15,6 +15,7 @@
 #include <cmath>
 #include <fstream>
 #include <sstream>
+#include <tuple>
 #include <utility>
 
 namespace EVP {
@@ -165,6 +166,15 @@ std::string PairTypes::find_inactive_keywords(bool plastic, const Effects &effec
       given = given || (handles(type, type) && is_given(coefficients.row(type, type), member));
     std::string &keys = needs_plasticity ? of_plasticity : of_heat;
     if (given) keys += (keys.empty() ? "" : ", ") + std::string(key);
+  }
+  for (const auto &[name, member, needed] :
+       {std::tuple("D4 of damage", &Row::damage_d4, &Row::rate),
+        {"D5 of damage", &Row::damage_d5, &Row::soften_tref}}) {
+    bool given = false;
+    for (int type = 1; type <= atom->ntypes; type++)
+      given = given || (handles(type, type) && coefficients.row(type, type).*member != 0.0);
+    if (plastic && given && !uses(effects, needed))
+      of_heat += (of_heat.empty() ? "" : ", ") + std::string(name);
   }
   std::string text;
   if (!of_plasticity.empty()) text += ", inactive without plasticity isotropic: " + of_plasticity;
