@@ -32,8 +32,8 @@ STUCK = ("pair_coeff 1 3 evp/lj ${row_e1} ${row_m1} ${row_n1} ${row_e2} ${row_m2
 STICKS = ((r"^pair_coeff +1 3 granular hooke.*", STUCK + "\npair_coeff 3 3 granular hooke 1 0.5 tangential linear_nohistory 1 0"), (r"^pair_coeff +1 3 granular \${tool_contact}", ""))
 SLIPS = "pair_coeff 1 2 evp/lj ${plate_words}\n"  # a pin that holds as the plate does
 FRAMES = """variable frame equal $(25*v_row_steps)
-dump frames all custom ${frame} ${out}_frames.dump id type i_plate x y z radius c_temperature c_state[*]
-dump_modify frames sort id time yes units yes format float %.6g colname i_plate plate colname c_temperature temperature ${state_titles}
+dump frames all custom ${frame} ${out}_frames.dump id type mol x y z radius c_temperature c_state[*]
+dump_modify frames sort id time yes units yes format float %.6g colname mol plate colname c_temperature temperature ${state_titles}
 """
 
 
@@ -212,7 +212,7 @@ def main(words=None):
         plates = {seed: runs.body(f"plate_{seed}", n=3000, shape="block", length=LENGTH, width=WIDTH, height=HEIGHT, seed=seed) for seed in (1, 2)}
         hot, cold = {"material": f"{POTENTIALS}:{NAME}"}, {"coeff": cold_row()}
         plan = {  # name: choices
-            "seam": {**hot, **WHOLE, "seam": "yes", "also": "frames.lmp"}, "apart": {**hot, "dwell": 0, "turns": 0, "seam": "yes"},
+            "seam": {**hot, **WHOLE, "seam": "all", "also": "frames.lmp"}, "apart": {**hot, "dwell": 0, "turns": 0, "seam": "all"},
             "short": {**hot, **SHORT}, "seed": {**hot, **SHORT, "specimen": plates[2]}, "slow": {**hot, **SHORT, "faster": 10}, "one_rank": {**hot, "dwell": 0.1, "turns": 0},
             "two_ranks": {**hot, "dwell": 0.1, "turns": 0}, "cold": {**cold, **SHORT}, "cold_alone": {**cold, "dwell": 0.6, "turns": 0, "shoulder_radius": 0},
             "alone": {**hot, "dwell": 0.6, "turns": 0, "shoulder_radius": 0}, "slips": {**hot, "dwell": 0.6, "turns": 0, "shoulder_radius": 0, "also": "slips.lmp"},
