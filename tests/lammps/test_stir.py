@@ -62,6 +62,7 @@ def test_a_seam_that_was_never_stirred(tmp_path, plate):
             assert abs(float(imbalance)) < 1e-3 * max(float(work), 0.01)
         assert least < float(ratio) < most and float(whole) > 300.0
         for name, found in (("seam", strength), ("seam_uncut", whole)):
-            assert read_csv(tmp_path / f"{name}.csv")["stress"].max() == pytest.approx(1e6 * float(found), rel=1e-4)
+            stress = read_csv(tmp_path / f"{name}.csv")["stress"]
+            assert max(stress[max(1, k - 4):k + 1].mean() for k in range(1, len(stress))) == pytest.approx(1e6 * float(found), rel=1e-4)
     refused = run_lammps("in.seam", 1, {"stirred": "stir"}, tmp_path)
     assert refused.returncode == 1 and "it has not passed a strip" in refused.stdout
