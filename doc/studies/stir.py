@@ -22,6 +22,8 @@ A, B, N = METALS[NAME].law
 LENGTH, WIDTH, HEIGHT = 0.026, 0.022, 0.005  # of the plate [m]
 PIN, DEPTH, TMELT = 0.0025, 0.0025, 775.0  # of in.stir
 WHOLE, SHORT = {"dwell": 1, "turns": 8}, {"dwell": 1, "turns": 1}
+FAST = {"dwell": 1, "turns": 2, "feed": 3800}
+CRITERIA = {"all": "all", "pressed": "all exposure 0.4 pressure 1", "pressed_twice": "all exposure 0.4 pressure 2", "stretched": "all exposure 0.9 pressure 1"}
 FAR = {"from": 0.0133, "to": 0.0183}  # a strip that the pin does not touch [m]
 MPA = 1e6
 COLUMN = 2.0  # width of the columns of the wake, in mean diameters
@@ -32,8 +34,8 @@ STUCK = ("pair_coeff 1 3 evp/lj ${row_e1} ${row_m1} ${row_n1} ${row_e2} ${row_m2
 STICKS = ((r"^pair_coeff +1 3 granular hooke.*", STUCK + "\npair_coeff 3 3 granular hooke 1 0.5 tangential linear_nohistory 1 0"), (r"^pair_coeff +1 3 granular \${tool_contact}", ""))
 SLIPS = "pair_coeff 1 2 evp/lj ${plate_words}\n"  # a pin that holds as the plate does
 FRAMES = """variable frame equal $(25*v_row_steps)
-dump frames all custom ${frame} ${out}_frames.dump id type i_plate x y z radius c_temperature c_state[*]
-dump_modify frames sort id time yes units yes format float %.6g colname i_plate plate colname c_temperature temperature ${state_titles}
+dump frames all custom ${frame} ${out}_frames.dump id type mol x y z radius c_temperature c_state[*]
+dump_modify frames sort id time yes units yes format float %.6g colname mol plate colname c_temperature temperature ${state_titles}
 """
 
 
@@ -184,12 +186,14 @@ def page(found, strength):
     pulls = (("strip", "strength [MPa]", "of the same strip of the plate [MPa]", "ratio"),
              [(label, *(f"{value:.1f}" for value in strength[name]), f"{strength[name][0] / strength[name][1]:.3f}") for label, name in (
                  ("two plates that were never stirred", "never"), ("stirred, hardening kept", "kept"), ("stirred, hardening forgotten", "forgotten"))])
+    criteria = (("seam", "strength [MPa]", "ratio", "void share of the wake"),
+                [(f"`{words}`", f"{strength[name][0]:.1f}", f"{strength[name][0] / strength[name][1]:.3f}", f"{100 * found[name].wake_measures()[0]:.2f} %") for name, words in CRITERIA.items()])
     ratio = {name: f"{seam / uncut:.2f}" for name, (seam, uncut) in strength.items()}
     width = float(found["apart"].state["y"][found["apart"].state["type"] == 1].max()) - 2.1 * d - PIN  # from the first layer to the clamps
     places = [1e3 * (PIN + d + (k - 0.5) * width / 5.0) for k in range(1, 6)]
     first = {name: found[name].between("follow_first", 0.3, 0.6) for name in ("alone", "slips")}
     return {"period": f"{1e3 * float(period):.2f}", "places": f"{', '.join(f'{place:.1f}' for place in places[:-1])} and {places[-1]:.1f}",
-            "turns": rows_by_turn(seam), "wake": wake, "pulls": pulls, "d": f"{1e3 * d:.2f}", "pin": f"{1e3 * PIN:g}", "depth": f"{1e3 * DEPTH:g}",
+            "turns": rows_by_turn(seam), "wake": wake, "pulls": pulls, "criteria": criteria, "d": f"{1e3 * d:.2f}", "pin": f"{1e3 * PIN:g}", "depth": f"{1e3 * DEPTH:g}",
             "first": f"{seam.last('follow_first', 8.0):.2f}", "second": f"{seam.last('follow_second', 8.0):.2f}", "sticks": f"{first['alone']:.2f}", "slips": f"{first['slips']:.2f}",
             "cold_torque": f"{cold_torque:.0f}", "outside": f"{slip_torque(d):.0f}", "outside_ratio": f"{cold_torque / slip_torque(d):.2f}",
             "inside": f"{slip_torque(0.5 * d):.0f}", "inside_ratio": f"{cold_torque / slip_torque(0.5 * d):.2f}",
@@ -212,11 +216,12 @@ def main(words=None):
         plates = {seed: runs.body(f"plate_{seed}", n=3000, shape="block", length=LENGTH, width=WIDTH, height=HEIGHT, seed=seed) for seed in (1, 2)}
         hot, cold = {"material": f"{POTENTIALS}:{NAME}"}, {"coeff": cold_row()}
         plan = {  # name: choices
-            "seam": {**hot, **WHOLE, "seam": "yes", "also": "frames.lmp"}, "apart": {**hot, "dwell": 0, "turns": 0, "seam": "yes"},
+            "seam": {**hot, **WHOLE, "seam": "all", "also": "frames.lmp"}, "apart": {**hot, "dwell": 0, "turns": 0, "seam": "all"},
             "short": {**hot, **SHORT}, "seed": {**hot, **SHORT, "specimen": plates[2]}, "slow": {**hot, **SHORT, "faster": 10}, "one_rank": {**hot, "dwell": 0.1, "turns": 0},
             "two_ranks": {**hot, "dwell": 0.1, "turns": 0}, "cold": {**cold, **SHORT}, "cold_alone": {**cold, "dwell": 0.6, "turns": 0, "shoulder_radius": 0},
             "alone": {**hot, "dwell": 0.6, "turns": 0, "shoulder_radius": 0}, "slips": {**hot, "dwell": 0.6, "turns": 0, "shoulder_radius": 0, "also": "slips.lmp"},
-            "sticks": {**hot, "dwell": 1, "turns": 4}}
+            "sticks": {**hot, "dwell": 1, "turns": 4},
+            **{name: {**hot, **FAST, "seam": words} for name, words in CRITERIA.items()}}
         cost = {"seam": 9.0, "slow": 4.0, "sticks": 5.0, "apart": 0.01}
         found = {}
         for name in study.each(plan, str, lambda name: cost.get(name, plan[name]["dwell"] + plan[name]["turns"])):
@@ -224,7 +229,7 @@ def main(words=None):
             ranks = {"one_rank": 1, "two_ranks": 2}.get(name, study.ranks)
             found[name] = Stirred(runs, name, runs.run(deck, name, ranks, **{"specimen": plates[1], **plan[name]}))
         strength = {}
-        for name, stirred, more in (("never", "apart", FAR), ("kept", "seam", {}), ("forgotten", "seam", {"hardening": "forgotten"})):
+        for name, stirred, more in (("never", "apart", FAR), ("kept", "seam", {}), ("forgotten", "seam", {"hardening": "forgotten"}), *((name, name, {}) for name in CRITERIA)):
             text = runs.run("in.seam", f"pull_{name}", stirred=stirred, **more)
             strength[name] = [float(value) for value in re.search(r"strength (\S+) MPa .* of that of the plate, (\S+) MPa", text).groups()]
         draw(study, found["seam"])

@@ -36,7 +36,7 @@ SCENES = {
     "in.extrude": ({"specimen": "body", "coeff": ROW, "speed": 40, "travel": 0.2}, (1, 1, 1)),
     "in.spray": ({"plate": "target", "particle": "particle", "speed": 700, "time": 6e-8, "also": DECKS / "frames.lmp"}, (1, 1, 2)),
     "in.blank": ({"specimen": "sheet", "speed": 100, "travel": 0.15}, (1, 1, 1)),
-    "in.stir": ({"specimen": "plate", "pin_radius": 0.003, "depth": 0.001, "dwell": 0.02, "turns": 0.03, "seam": "yes"}, (1, 1, 1))}
+    "in.stir": ({"specimen": "plate", "pin_radius": 0.003, "depth": 0.001, "dwell": 0.02, "turns": 0.03, "seam": "all"}, (1, 1, 1))}
 
 
 def kill(process):

@@ -52,7 +52,7 @@ def test_it_travels(tmp_path, plate):
 
 def test_a_seam_that_was_never_stirred(tmp_path, plate):
     """Holds nothing beside the plate; one plate holds as before, also where it forgets a hardening that it does not have; without from and to there is no strip."""
-    for seam, hardening, least, most in (("yes", "kept", 0.0, 0.02), ("no", "forgotten", 0.97, 1.03)):
+    for seam, hardening, least, most in (("all", "kept", 0.0, 0.02), ("no", "forgotten", 0.97, 1.03)):
         assert stirred(tmp_path, plate, dwell=0, seam=seam)[0].warnings() == []
         choices = {"stirred": "stir", "from": 0.014, "to": 0.019, "hardening": hardening, "strain": 0.05, "out": "seam", "also": DECKS / "frames.lmp", "frames": 2}
         run = run_lammps("in.seam", 2, choices, tmp_path).ok()
@@ -62,6 +62,7 @@ def test_a_seam_that_was_never_stirred(tmp_path, plate):
             assert abs(float(imbalance)) < 1e-3 * max(float(work), 0.01)
         assert least < float(ratio) < most and float(whole) > 300.0
         for name, found in (("seam", strength), ("seam_uncut", whole)):
-            assert read_csv(tmp_path / f"{name}.csv")["stress"].max() == pytest.approx(1e6 * float(found), rel=1e-4)
+            stress = read_csv(tmp_path / f"{name}.csv")["stress"]
+            assert max(stress[max(1, k - 4):k + 1].mean() for k in range(1, len(stress))) == pytest.approx(1e6 * float(found), rel=1e-4)
     refused = run_lammps("in.seam", 1, {"stirred": "stir"}, tmp_path)
     assert refused.returncode == 1 and "it has not passed a strip" in refused.stdout

@@ -7,7 +7,7 @@ rho0 and G are those of the recorded bonds at rest, rho that of all pairs now, b
 `cavitation`, from where its slope falls to 0 at twice that. Compressed, fresh pairs fill the gap to the mean density of the interior without
 force: with y+ = max(y, 0), u = ((b - rho0)+^2 + (rho - rho0 - gap)+^2 - (b - rho0 - gap)+^2)/(2 G^2), theta^2/2 where no pair is fresh. theta
 of a body that is stretched uniformly is the trace of its strain. Bonds that break are fresh pairs from then on: torn() gives the rest after
-that, by which the strain of the bonds and the energy stay; there fresh pairs only push. Part of the second writing, as law.py.
+that, by which the strain of the bonds and the energy stay; there fresh pairs only push, and so do pairs of two bodies. Part of the second writing, as law.py.
 
 What is taken over from bonds that yield under pressure, of a row with `yield`: 1/2 bulk [s - x0]+^2 is added, s = sqrt(2 u); expanded the added
 pull grows from x0 to x0 + 0.006 alone, and goes to 0 between `cavitation` and twice that.
@@ -58,10 +58,10 @@ def at_rest(i, j, deq, dlim, count, types=None):
     return Rest(rho, slope, gap, np.zeros(count, dtype=bool), np.zeros(count))
 
 
-def evaluate(x, i, j, dlim, kv, rest, cavitation=0.15, fresh=False, taken=(0.0, 0.0), tension=1.0):
+def evaluate(x, i, j, dlim, kv, rest, cavitation=0.15, fresh=False, taken=(0.0, 0.0), tension=1.0, across=False):
     """Volume of the pairs (i, j) (P,) at positions x (N,3) [length], all that may come within their dlim (P,) [length].
 
-    kv: a number or (N,) [energy]; cavitation: inf for none; fresh (P,): pairs that were not recorded; taken: bulk [energy] and x0;
+    kv: a number or (N,) [energy]; cavitation: inf for none; fresh (P,): pairs that were not recorded; across (P,): those of two bodies; taken: bulk [energy] and x0;
     tension (N,): share of what an expansion stores, and so of its pull, that is left.
     """
     x = np.asarray(x, dtype=float)
@@ -69,38 +69,38 @@ def evaluate(x, i, j, dlim, kv, rest, cavitation=0.15, fresh=False, taken=(0.0, 
     r = x[i] - x[j]
     d = np.sqrt(np.sum(r * r, axis=1))
     t = np.maximum(0.0, 1.0 - d / dlim)
-    rho, bonded = _both(i, j, t * t, count), _both(i, j, np.where(fresh, 0.0, t * t), count)
+    rho, bonded, inside = (_both(i, j, np.where(out, 0.0, t * t), count) for out in (False, fresh, across))
     share = np.divide(1.0, rest.slope, out=np.zeros(count), where=rest.slope > 0.0)
-    theta, own, gap = (rest.rho - np.where(rest.torn, bonded, rho)) * share, np.maximum(0.0, (bonded - rest.rho) * share), rest.gap * share
+    theta, own, gap = (rest.rho - np.where(rest.torn, bonded, inside)) * share, np.maximum(0.0, (bonded - rest.rho) * share), rest.gap * share
     beyond, counted = np.maximum(0.0, (rho - rest.rho) * share - gap), np.maximum(0.0, own - gap + rest.lost * share)
-    left = np.maximum(0.0, np.minimum(2.0 * cavitation, 1e9) - theta)
-    torn = theta > cavitation
-    u = np.where(torn, np.minimum(cavitation, 1e9)**2 - 0.5 * left**2, 0.5 * theta**2)
-    u = np.where(theta < 0.0, 0.5 * (own**2 + beyond**2 - counted**2), u)
-    pulls = np.where(torn, left, np.where(theta < 0.0, counted - own - beyond, theta)), np.where(torn, left, np.where(theta < 0.0, -beyond, theta))
-    tension = np.where(theta > 0.0, tension, 1.0)
-    u, pulls = tension * u, tuple(tension * pull for pull in pulls)
-    u = u + np.where(rest.torn & (theta >= 0.0), 0.5 * (beyond**2 - counted**2), 0.0)
-    pulls = pulls[0] + np.where(rest.torn & (theta >= 0.0), counted - beyond, 0.0), np.where(rest.torn, -beyond, pulls[1])
-    bulk, x0 = taken
-    squeezed = np.where(theta < 0.0, np.sqrt(np.maximum(0.0, own**2 + beyond**2 - counted**2)), 0.0)
-    beyond_x0 = np.maximum(0.0, squeezed - x0)
-    per_unit = beyond_x0 / np.where(squeezed > 0.0, squeezed, 1.0)
-    most = min(cavitation - x0, 0.006)
-    pulled = np.minimum(np.clip(theta - x0, 0.0, 0.006), most) * np.clip(2.0 - theta / cavitation, 0.0, 1.0)
-    more = [np.where(theta < 0.0, pull * per_unit, tension * pulled) for pull in pulls]
-    grown, first = np.clip(theta, x0, cavitation) - x0, np.clip(theta - x0, 0.0, 0.006)
-    added = np.where(theta < 0.0, 0.5 * beyond_x0**2, first * (grown - 0.5 * first))
-    part = np.clip(theta / cavitation - 1.0, 0.0, 1.0)
-    added = added + np.where(theta > cavitation, most * cavitation * (part - 0.5 * part**2), 0.0)
-    added = tension * added
-    g = [kv * pull * share + bulk * own_more * share for pull, own_more in zip(pulls, more)]
-    pair_force = -np.where(fresh, g[1][i] + g[1][j], g[0][i] + g[0][j]) * 2.0 * t / dlim
+    end, (bulk, x0) = min(cavitation, 1e9), taken
+    # expanded: energy and pull, over kv; what is taken over, over bulk
+    left = np.maximum(0.0, 2.0 * end - theta)
+    u = np.where(theta > end, end**2 - 0.5 * left**2, 0.5 * theta**2)
+    pull = np.where(theta > end, left, theta)
+    most = min(end - x0, 0.006)
+    grown, first = np.clip(theta, x0, end) - x0, np.clip(theta - x0, 0.0, 0.006)
+    part = np.clip(theta / end - 1.0, 0.0, 1.0)
+    more = np.minimum(first, most) * np.clip(2.0 - theta / end, 0.0, 1.0)
+    held = first * (grown - 0.5 * first) + most * end * (part - 0.5 * part**2)
+    u, pull, held, more = (np.where(theta > 0.0, tension * one, 0.0) for one in (u, pull, held, more))
+    # squeezed
+    is_squeezed = (theta < 0.0) | rest.torn | (rho > inside)
+    squared = np.where(is_squeezed, own**2 + beyond**2 - counted**2, 0.0)
+    push = np.where(is_squeezed, [counted - own - beyond, -beyond, -beyond], 0.0)  # of bonds, fresh pairs and those of two bodies
+    y = np.sqrt(np.maximum(0.0, squared))
+    beyond_x0 = np.maximum(0.0, y - x0)
+    push = push * (kv + bulk * beyond_x0 / np.where(y > 0.0, y, 1.0))
+    energy = kv * (u + 0.5 * squared) + bulk * (held + 0.5 * beyond_x0**2)
+    pull = kv * pull + bulk * more
+    g = (push + [pull, np.where(rest.torn, 0.0, pull), np.zeros(count)]) * share
+    g = np.where(across, g[2][i] + g[2][j], np.where(fresh, g[1][i] + g[1][j], g[0][i] + g[0][j]))
+    pair_force = -g * 2.0 * t / dlim
     f = (pair_force / d)[:, None] * r
     force = np.zeros_like(x)
     np.add.at(force, i, f)
     np.add.at(force, j, -f)
-    return Volume(theta, kv * u + bulk * added, force, pair_force, r.T @ f)
+    return Volume(theta, energy, force, pair_force, r.T @ f)
 
 
 def torn(x, i, j, dlim, rest, fresh, broken):

@@ -141,6 +141,15 @@ class VolumeLaw {
     return without_pull(before, now, 0.0, share);
   }
 
+  /// Bonds with this share have ended whose atoms are of two bodies by now: they only push from then on.
+  static VolumeReference parted(const VolumeReference &before, double share)
+  {
+    return {{before.own.rho - share, before.own.slope},
+            before.gap + share,
+            before.torn,
+            before.lost + share};
+  }
+
   /// A bond that did not count, as its partner came later, has broken: it counts as a new pair from now on.
   static VolumeReference beside(const VolumeReference &before, const DensityNow &now, double share)
   {

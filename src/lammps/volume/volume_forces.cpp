@@ -61,7 +61,7 @@ void VolumeForces::pairs_packed(const NeighList *neighbors)
   is_plastic = pairs->rules().plastic;
   columns = Columns(*pairs);
   densities.set_width(columns.n);
-  pulls.set_width(is_plastic ? PUSHING + 1 : PULLING + 1);
+  pulls.set_width(columns.some_push ? PUSHING + 1 : PULLING + 1);
   leaving.clear();
   far.clear();
   VolumeScene now = {reaches(), exclusions()};
@@ -98,7 +98,6 @@ void VolumeForces::pairs_packed(const NeighList *neighbors)
   PairList &bonds = lists.bonds;
   inv_dlim = bonds.add_column(HUGE_VAL, true);
   std::vector<double> &inv_dlim_of = bonds.columns[inv_dlim].values;
-  unbonded.clear(BOND_MARGIN, Flow::REVERSIBLE);
   for (Others &some : others) some.all.clear(BOND_MARGIN, Flow::REVERSIBLE);
   const auto x = scene::rows(atom->x);
   std::vector<int> bonded_to(lists.nall, -1);    // the last particle that has a bond with this one
@@ -110,24 +109,28 @@ void VolumeForces::pairs_packed(const NeighList *neighbors)
         const int j = bonds.j[k];
         if (bonds.joins && bonds.join[k] != 0) continue;
         bonded_to[j] = i;
-        const double end = dlim(i, j, true);
+        const double end = dlim(i, j);
         if (ends_of_bond(i, j) == BOTH)
           inv_dlim_of[k] = 1.0 / end;
         else if (end > 0.0)
           add_pair(of_later(i, j).all, i, j, end, error);
       }
     if (!has_strain(i)) continue;
-    demand_room(unbonded, neighbors->numneigh[i], error);
-    int n = 0;
+    int n[NOTHERS] = {};
+    for (const int kind : {UNBONDED, OF_TWO_BODIES})
+      demand_room(others[kind].all, neighbors->numneigh[i], error);
     for (int jj = 0; jj < neighbors->numneigh[i]; jj++) {
       const int j = neighbors->firstneigh[i][jj] & NEIGHMASK;
       if (bonded_to[j] == i || scene::is_excluded(lmp->force, neighbors->firstneigh[i][jj]))
         continue;
-      const double end = dlim(i, j, false);
-      if (end > 0.0 && !stays_beyond(PairGeometry(x, i, j).dsq, end, lmp->neighbor->skin))
-        unbonded.set(unbonded.size() + n++, j, end, end);
+      const double end = dlim(i, j);
+      if (!(end > 0.0) || stays_beyond(PairGeometry(x, i, j).dsq, end, lmp->neighbor->skin))
+        continue;
+      const int kind = are_one_body(i, j) ? UNBONDED : OF_TWO_BODIES;
+      PairList &list = others[kind].all;
+      list.set(list.size() + n[kind]++, j, end, end);
     }
-    unbonded.add_row(i, n);
+    for (const int kind : {UNBONDED, OF_TWO_BODIES}) others[kind].all.add_row(i, n[kind]);
   }
   if (takes || fewer) fill_gaps(taken);
 }
@@ -143,7 +146,6 @@ void VolumeForces::unlisted_bonds_found(const std::vector<UnlistedBond> &bonds)
 // those of the bonds are a column of their list
 void VolumeForces::pairs_grow(const Ratio &ratio)
 {
-  unbonded.grow(ratio);
   for (Others &some : others) some.all.grow(ratio);
 }
 
@@ -214,7 +216,7 @@ void VolumeForces::fill_gaps(const std::vector<char> &taken)
     const bool at_rest = std::fabs(denser) <= AT_REST * own.own.rho;
     if (unbonded == 0.0 || (!taken.empty() && !(taken[i] && at_rest))) continue;
     own.gap = std::max(own.gap, unbonded + std::max(0.0, denser));
-    own.set(VolumeReference::BROKEN);
+    if (now.pulling > 0.0) own.set(VolumeReference::BROKEN);
   }
 }
 
@@ -238,9 +240,9 @@ void VolumeForces::lose_partners(VolumeRecord &record, const NeighborDensity &le
 void VolumeForces::bond_ends(const EndingPair &bond)
 {
   const auto [index, i, j, stored] = bond;
-  if (pairs->lists().bonds.pair(index).has_joined || dlim(i, j, true) == 0.0) return;
+  if (pairs->lists().bonds.pair(index).has_joined || dlim(i, j) == 0.0) return;
   if (ends_of_bond(i, j) != BOTH) remove_pair(of_later(i, j).all, i, j);
-  if (const double end = dlim(i, j, false); end > 0.0) add_pair(unbonded, i, j, end, error);
+  if (const double end = dlim(i, j); end > 0.0) add_pair(unbonded(i, j).all, i, j, end, error);
 }
 
 // Bonds that end at the end of the step count as new pairs at once, so that the next set-up finds the same forces; those past
@@ -256,10 +258,9 @@ void VolumeForces::add_leaving(const std::vector<int> &ended)
   for (const int k : ended) {
     const PackedPair bond = lists.bonds.pair(k);
     const int i = lists.bonds.owner_of(k), j = bond.j;
-    const double end = bond.has_joined ? 0.0 : dlim(i, j, true);
+    const double end = bond.has_joined ? 0.0 : dlim(i, j);
     const double d = std::sqrt(PairGeometry(scene::rows(atom->x), i, j).dsq);
     if (!(end > 0.0) || (is_plastic && !(d < end))) continue;
-    const bool are_one_body = are_pair(i, j, false);
     const Ends ends = ends_of_bond(i, j);
     NeighborDensity now{};
     now.add(d, end);
@@ -268,11 +269,11 @@ void VolumeForces::add_leaving(const std::vector<int> &ended)
          {std::pair(i, VolumePasses::ROW), {j, VolumePasses::PARTNER}}) {
       if (one == j && j >= lists.nreact) continue;
       if (ends & end_bit)
-        add(one, now.rho, are_one_body ? columns.to_new : columns.gone);
-      else if (are_one_body)
+        add(one, now.rho, are_one_body(i, j) ? columns.to_new : columns.gone);
+      else
         add(one, now.rho, columns.to_new_of_older);
     }
-    if (are_one_body) add_pair(others[UNBONDED].now, i, j, end, error);
+    add_pair(unbonded(i, j).now, i, j, end, error);
   }
 }
 
@@ -280,7 +281,6 @@ void VolumeForces::add_leaving(const std::vector<int> &ended)
 void VolumeForces::find_beside_open()
 {
   PairList &pulling = others[UNBONDED].now, &pushing = others[BESIDE_OPEN].now;
-  pushing.clear(BOND_MARGIN, Flow::REVERSIBLE);
   if (!any_open) return;
   std::vector<int> out;
   const auto *const x = scene::rows(atom->x);
@@ -314,8 +314,10 @@ std::optional<VolumeReference> VolumeForces::find_change(int i)
   if (!bonds_end) return changes ? std::optional(reference) : std::nullopt;
   if (own[columns.gone] > 0.0) {
     changes = true;
-    reference.own.rho -= own[columns.gone];
-    own[BONDED] -= own[columns.gone];
+    const double share = own[columns.gone];
+    reference = VolumeLaw::parted(reference, share);
+    own[BONDED] -= share;
+    own[PUSHING] += share;
   }
   if (const double share = own[columns.to_new]; share > 0.0) {
     changes = true;
@@ -391,9 +393,9 @@ const VolumeReference &VolumeForces::reference(int i) const
 }
 
 // 0 of no pair, which a pair of another style is
-double VolumeForces::dlim(int i, int j, bool is_bond) const
+double VolumeForces::dlim(int i, int j) const
 {
-  if (!are_pair(i, j, is_bond)) return 0.0;
+  if (!are_pair(i, j)) return 0.0;
   const double alpha = pairs->coefficients().row(atom->type[i], atom->type[j]).alpha;
   return alpha == 0.0
       ? 0.0
@@ -404,10 +406,12 @@ double VolumeForces::force_between(int i, int j, double d, const PackedPair &pai
 {
   const double alpha = pairs->law_of(pair).row.alpha;
   const bool bond = pair.is_bond && !pair.has_joined && d * d <= pair.cutsq;
-  if ((size_t) std::max(i, j) >= pulls.size() || !are_pair(i, j, bond)) return 0.0;
+  if ((size_t) std::max(i, j) >= pulls.size() || !are_pair(i, j)) return 0.0;
   const double end =
       reach(alpha) * pairs->lists().growth_of(i, j) * (atom->radius[i] + atom->radius[j]);
-  const Density column = bond ? BONDED : is_beside_open(i, j) ? PUSHING : PULLING;
+  const Density column = bond                       ? BONDED
+      : !are_one_body(i, j) || is_beside_open(i, j) ? PUSHING
+                                                    : PULLING;
   const double both = pull(i, j, column, bond ? ends_of_bond(i, j) : BOTH);
   return d < end ? -both * 2.0 * (1.0 - d / end) / end : 0.0;
 }
@@ -544,7 +548,7 @@ void VolumeForces::note_bonds_at_rest()
   EVP::for_each_pair(lists.bonds, scene::rows(atom->x), [&](const PlacedPair &p) {
     if (p.has_joined) return;
     const Ends ends = has_strain(p.i) && has_strain(p.j) ? ends_of_bond(p.i, p.j) : BOTH;
-    add(p, ends == BOTH ? inv_dlim_of[p.index] : 1.0 / dlim(p.i, p.j, true), ends);
+    add(p, ends == BOTH ? inv_dlim_of[p.index] : 1.0 / dlim(p.i, p.j), ends);
   });
   exchange.reverse_comm(sums);
   for (int i = 0; i < lists.nlocal; i++) records[i].at_rest = {sums[i][0], sums[i][1]};
@@ -588,9 +592,7 @@ void VolumeForces::before_forces(const ParticleView &view)
   ends.owners = pairs->ending().owners;
   VolumePasses::add_densities(lists.bonds, inv_dlim_of, view, densities_of(BONDED), BOTH,
                               bonds_end ? &ends : nullptr);
-  VolumePasses::find_active(unbonded, view, others[UNBONDED].now);
-  for (const int later : {OF_LATER_ROW, OF_LATER_PARTNER})
-    VolumePasses::find_active(others[later].all, view, others[later].now);
+  for (Others &some : others) VolumePasses::find_active(some.all, view, some.now);
   find_beside_open();
   for (Others &some : others)
     VolumePasses::add_densities(some.now, some.now.inv_deq, view, densities_of(some.column),
@@ -610,7 +612,7 @@ void VolumeForces::before_forces(const ParticleView &view)
     double *const own = pulls[i];
     own[BONDED] = now.bonded;
     own[PULLING] = now.pulling;
-    if (is_plastic) own[PUSHING] = now.pushing;
+    if (columns.some_push) own[PUSHING] = now.pushing;
     energy_here += now.energy;
   }
   find_lost_by_damage();
@@ -637,14 +639,12 @@ template <class F> void VolumeForces::for_each_pair(F &&f) const
     const double own = bonds.columns[inv_dlim].values[p.index];
     if (p.distance() * own < 1.0) f(p, true, own, pull(p.i, p.j, BONDED, BOTH));
   });
-  for (const auto &[list, column, ends] :
-       {std::tuple(&unbonded, PULLING, BOTH),
-        {&others[OF_LATER_ROW].all, BONDED, VolumePasses::ROW},
-        {&others[OF_LATER_PARTNER].all, BONDED, VolumePasses::PARTNER}})
-    EVP::for_each_pair(*list, x, [&, column = column, ends = ends](const PlacedPair &p) {
-      const bool only_pushes = column == PULLING && is_beside_open(p.i, p.j);
+  for (const Others &some : others)
+    EVP::for_each_pair(some.all, x, [&](const PlacedPair &p) {
+      const bool only_pushes = some.column == PULLING && is_beside_open(p.i, p.j);
       if (p.distance() * p.inv_deq < 1.0)
-        f(p, column == BONDED, p.inv_deq, pull(p.i, p.j, only_pushes ? PUSHING : column, ends));
+        f(p, some.column == BONDED, p.inv_deq,
+          pull(p.i, p.j, only_pushes ? PUSHING : some.column, some.ends));
     });
 }
 

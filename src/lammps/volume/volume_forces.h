@@ -112,8 +112,7 @@ class VolumeForces final : public Effect, protected Pointers {
 
   double memory_usage() const
   {
-    double bytes =
-        bytes_of(densities, pulls, batches, strains, open, far, leaving) + unbonded.memory_usage();
+    double bytes = bytes_of(densities, pulls, batches, strains, open, far, leaving);
     for (const Others &some : others) bytes += some.all.memory_usage() + some.now.memory_usage();
     return bytes;
   }
@@ -127,8 +126,6 @@ class VolumeForces final : public Effect, protected Pointers {
   PerAtomComm &exchange;
   PairData *pairs = nullptr;    // of the run, as long as its lists hold
   SphereRecords<VolumeRecord> records;
-  /// Pairs that count as without a bond: never bonded, broken, or joined since; their deq is their dlim.
-  PairList unbonded{false};
   size_t inv_dlim = 0;                           // column of the bonds [1/length]
   VolumePasses::Forces on_bonds{nullptr, {}};    // as of the last evaluation
 
@@ -141,17 +138,20 @@ class VolumeForces final : public Effect, protected Pointers {
     PULLING,
     PUSHING,
     CEASED
-  };    // the last two with plasticity; the last: to pull in this step
+  };    // PUSHING with plasticity, or several bodies; the last with plasticity: to pull in this step
   struct Columns {
     /// After the densities, where bonds can break: shares of bonds that end in this step. to_new: the pair counts as a new one
-    /// from then on. gone: it does not count any more, as its atoms are in two bodies. to_new_of_older: to_new, for the older
+    /// from then on. gone: it only pushes from then on, as its atoms are in two bodies. to_new_of_older: to_new, for the older
     /// atom of a bond with one that came later.
+    bool some_push = false;
     int to_new = PUSHING, gone = 0, to_new_of_older = 0, n = PUSHING;
 
     Columns() = default;
     explicit Columns(const PairData &pairs)
     {
-      to_new = pairs.rules().plastic ? CEASED + 1 : PUSHING;
+      const bool plastic = pairs.rules().plastic;
+      some_push = plastic || pairs.within() != BodyRule::ALL;
+      to_new = plastic ? CEASED + 1 : some_push ? PUSHING + 1 : PUSHING;
       gone = to_new + 1;
       to_new_of_older = to_new + 2;
       n = pairs.bonds_can_fail() ? to_new + 3 : to_new;
@@ -159,15 +159,17 @@ class VolumeForces final : public Effect, protected Pointers {
   };
 
   /// Pairs that have no other force here; their deq is their dlim. ends, column: for which of their atoms they count, and as
-  /// which density. all: of the last pack(), of bonds with a later atom only. now: those within dlim at the last evaluate().
+  /// which density. all: of the last packing, but of BESIDE_OPEN. now: those within dlim at the last evaluate().
   struct Others {
     Density column;
     Ends ends;
     PairList all{false}, now{false};
   };
-  enum { UNBONDED, BESIDE_OPEN, OF_LATER_ROW, OF_LATER_PARTNER, NOTHERS };
+  /// UNBONDED: pairs of one body that count as without a bond: never bonded, broken, or joined since. BESIDE_OPEN: those of them that
+  /// only push. OF_LATER_ROW, OF_LATER_PARTNER: bonds with a later atom.
+  enum { UNBONDED, BESIDE_OPEN, OF_TWO_BODIES, OF_LATER_ROW, OF_LATER_PARTNER, NOTHERS };
   std::array<Others, NOTHERS> others = {Others{PULLING, BOTH}, Others{PUSHING, BOTH},
-                                        Others{BONDED, VolumePasses::ROW},
+                                        Others{PUSHING, BOTH}, Others{BONDED, VolumePasses::ROW},
                                         Others{BONDED, VolumePasses::PARTNER}};
 
   bigint partners = -1;    // sum over the atoms with bonds, which tells whether they are the same
@@ -211,7 +213,7 @@ class VolumeForces final : public Effect, protected Pointers {
   DensityNow density(int i) const
   {
     const double *const own = densities[i];
-    return {own[BONDED], own[PULLING], is_plastic ? own[PUSHING] : 0.0};
+    return {own[BONDED], own[PULLING], columns.some_push ? own[PUSHING] : 0.0};
   }
   AtomColumn<double> densities_of(Density column) { return densities.column(column); }
   AtomColumn<const double> pulls_of(Density column) const { return pulls.column(column); }
@@ -251,19 +253,15 @@ class VolumeForces final : public Effect, protected Pointers {
         : batch(i) > batch(j)   ? VolumePasses::ROW
                                 : VolumePasses::PARTNER;
   }
-  // bonds remain when types or molecule IDs change
-  bool are_pair(int i, int j, bool is_bond) const
-  {
-    return has_strain(i) && has_strain(j) &&
-        (is_bond || !in_different_bodies(atom, store().within, i, j));
-  }
+  bool are_pair(int i, int j) const { return has_strain(i) && has_strain(j); }
+  bool are_one_body(int i, int j) const { return !in_different_bodies(atom, store().within, i, j); }
   // pairs that no zone recorded count as little as the bonds that are not there
   double reach(double alpha) const
   {
     return store().zone > 0.0 ? std::min(store().zone, alpha) : alpha;
   }
   BondStore &store() const { return pairs->store(); }
-  double dlim(int i, int j, bool is_bond) const;
+  double dlim(int i, int j) const;
   template <class F> void for_each_pair(F &&f) const;
   void note_bonds_at_rest();
   std::optional<VolumeReference> find_change(int i);
@@ -279,6 +277,7 @@ class VolumeForces final : public Effect, protected Pointers {
   {
     return others[batch(i) > batch(j) ? OF_LATER_ROW : OF_LATER_PARTNER];
   }
+  Others &unbonded(int i, int j) { return others[are_one_body(i, j) ? UNBONDED : OF_TWO_BODIES]; }
   static void add_pair(PairList &, int i, int j, double dlim, Error *);
   static void remove_pair(PairList &, int i, int j);
   std::vector<double> batches_to_be(bool takes) const;
