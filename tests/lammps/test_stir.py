@@ -52,7 +52,7 @@ def test_it_travels(tmp_path, plate):
 
 def test_a_seam_that_was_never_stirred(tmp_path, plate):
     """Holds nothing beside the plate; one plate holds as before, also where it forgets a hardening that it does not have; without from and to there is no strip."""
-    for seam, hardening, least, most in (("all", "kept", 0.0, 0.02), ("no", "forgotten", 0.97, 1.03)):
+    for seam, hardening, least, most in (("all exposure 0.4 pressure 1", "kept", 0.0, 0.02), ("no", "forgotten", 0.97, 1.03)):
         assert stirred(tmp_path, plate, dwell=0, seam=seam)[0].warnings() == []
         choices = {"stirred": "stir", "from": 0.014, "to": 0.019, "hardening": hardening, "strain": 0.05, "out": "seam", "also": DECKS / "frames.lmp", "frames": 2}
         run = run_lammps("in.seam", 2, choices, tmp_path).ok()

@@ -85,7 +85,7 @@ def test_a_body_against_the_second_writing(lmp, tmp_path, ranks, newton, case):
     if case == "two bodies":
         x -= np.outer(body.types == 2, [0.004, 0.0, 0.0])
     kv = {"types": np.where(body.types == 1, 300.0, 2000.0), "group": np.where(body.types == 1, KV, 0.0)}.get(case, np.full(len(x), KV))
-    lines = {"one": fix(), "two bodies": fix(), "types": fix("300 2000"), "group": "group some type 1\n" + fix(group="some"), "no end": fix(more="cavitation none")}[case]
+    lines = {"one": fix(), "two bodies": fix(more="across yes"), "types": fix("300 2000"), "group": "group some type 1\n" + fix(group="some"), "no end": fix(more="cavitation none")}[case]
     expected = truth(x, body, kv, cavitation=np.inf if case == "no end" else 0.15)
     now = brute.find_pairs(x, body.radius, ROW.alpha)
     fresh = len(set(zip((now.i + 1).tolist(), (now.j + 1).tolist())) - set(body.bonds))
@@ -336,15 +336,28 @@ def test_beside_another_style_in_hybrid(lmp, small):
     assert np.abs(theta - truth(x, fewer, KV, among=ones).theta).max() <= BY_HAND
 
 
+def test_pairs_of_two_bodies_do_not_count(lmp, tmp_path):
+    """Two blocks pushed into each other, bodies by type: each atom has the density of its own body alone."""
+    body = two_bodies((6, 3, 3))
+    write_body(tmp_path / "body.data", body)
+    x = body.x - np.outer(body.types == 2, [0.003, 0.0, 0.0])
+    text = head(skin=0.008) + pair(contact="repulsive", fix="fix bonds all evp/bonds within type\n") + fix() + moved(x)
+    theta = lmp(text, ranks=2).ok().dump("all.dump")[-1]["f_volume"]
+    alone = [truth(x, body, KV, among=body.types == kind).theta for kind in (1, 2)]
+    assert np.abs(theta - np.where(body.types == 1, *alone)).max() <= BY_HAND
+    assert np.abs(theta).max() < 1e-12, "rigid bodies"
+
+
 def test_two_bodies_that_touch(lmp, tmp_path):
-    """Their pairs fill the gaps at their surfaces: no force at rest, nor as they move apart, with restarts of both."""
+    """With across, their pairs fill the gaps at their surfaces: no force at rest, nor as they move apart, with restarts of both."""
     body = two_bodies((6, 3, 3))
     write_body(tmp_path / "body.data", body)
     for way in (0.0, 0.001):
         x = body.x + np.outer(body.types == 2, [way, 0.0, 0.0])
-        text = head(skin=0.008) + pair(contact="none", fix="fix bonds all evp/bonds within type\n") + fix() + moved(x, "f_volume fx fy fz")
+        text = head(skin=0.008) + pair(contact="none", fix="fix bonds all evp/bonds within type\n") + fix(more="across yes") + moved(x, "f_volume fx fy fz")
         text += "write_restart now.restart\n"
-        again = head(start="read_restart now.restart", skin=0.008) + "fix bonds all evp/bonds within type\n" + fix() + dump(every=1, columns="f_volume fx fy fz") + "run 0\n"
+        again = head(start="read_restart now.restart", skin=0.008) + "fix bonds all evp/bonds within type\n" + fix(more="across yes")
+        again += dump(every=1, columns="f_volume fx fy fz") + "run 0\n"
         for frame in (lmp(one, ranks=2).ok().dump("all.dump")[-1] for one in (text, again)):
             assert np.abs(frame["f_volume"]).max() < 1e-12 and np.abs(frame.f).max() < 1e-8
 
@@ -363,24 +376,26 @@ def test_types_that_change_after_the_recording(lmp, tmp_path, style, more, atoms
     assert atoms == "some" or np.abs(run.dump("all.dump")[-1].f).max() < 1e-8
 
 
+@pytest.mark.parametrize("across", ["no", "yes"])
 @pytest.mark.parametrize("rule, way", [("plasticity isotropic", 0.0012), ("break 0.05", 0.0009)])
 @pytest.mark.parametrize("neighbors", ["every 1 delay 0 check yes", "every 1000 delay 0 check no", "every 1 delay 0 check no"])
-def test_a_bond_of_two_bodies_that_ends(lmp, rule, way, neighbors):
-    """A bond whose atoms are of two bodies by now ends, past dlim or before: its atoms push where they are nearer than at rest, and never pull, however seldom lists are
-    built."""
+def test_a_bond_of_two_bodies_that_ends(lmp, rule, way, neighbors, across):
+    """A bond whose atoms are of two bodies by now ends, past dlim or before: the pair has no force from then on, with across where it is farther than at rest, however
+    seldom lists are built."""
     start = """region box block -0.05 0.05 -0.05 0.05 -0.05 0.05
 create_box 2 box
 create_atoms 1 single 0 0 0
 create_atoms 1 single 0.014 0 0
 set group all diameter 0.01 density 2700"""
-    text = head(start=start, skin=0.004) + pair(contact="repulsive", fix="fix bonds all evp/bonds within type") + fix(50.0)
+    text = head(start=start, skin=0.004) + pair(contact="repulsive", fix="fix bonds all evp/bonds within type") + fix(50.0, more=f"across {across}")
     text = text.replace("contact repulsive", f"contact repulsive {rule}") + f"run 0\nset atom 2 type 2\nneigh_modify {neighbors}\ntimestep 1e-9\n"
     text += f"group second id 2\nfix sway second move wiggle {way} 0 0 4e-8\n" + dump(every=1, columns="x fx") + "run 40 post no\n"
     frames = lmp(text).ok().dump("all.dump")
     apart, forces = (np.array([frame[name][1] for frame in frames]) for name in ("x", "fx"))
     later = np.arange(len(frames)) > 10
     assert forces[:5].min() < 0.0 and apart[later].min() < 0.0135 and apart.max() == pytest.approx(0.014 + way, rel=1e-3)
-    assert np.all(forces[later & (apart > 0.0140001)] == 0.0) and np.all(forces[later & (apart < 0.0139999)] > 0.0)
+    assert np.all(forces[later & (apart > 0.0140001)] == 0.0)
+    assert np.all((forces[later & (apart < 0.0139999)] > 0.0) == (across == "yes"))
 
 
 def test_references_that_nobody_knows(lmp, small):

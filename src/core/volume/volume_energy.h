@@ -102,9 +102,13 @@ class VolumeLaw {
       state.bonded = pull - scale * times * (own + beyond - counted);
       state.pushing = -scale * times * beyond;
       state.pulling = torn ? state.pushing : pull - scale * times * beyond;
-      if (gap > 0.0 || some_push)
-        state.stiffness = {counted > 0.0 ? 0.0 : scale * per_slope,
-                           beyond > 0.0 ? scale * per_slope : 0.0};
+      if (gap > 0.0 || some_push) {
+        const double one = scale * per_slope, of_all = beyond > 0.0 ? one : 0.0;
+        if (theta > 0.0 && !torn)
+          state.stiffness = {0.0, one + of_all};
+        else
+          state.stiffness = {counted > 0.0 ? 0.0 : one, of_all};
+      }
       if (more > 0.0) {
         const double slope = (own + beyond - counted) * inv_y;    // of y, more than 1 in a gap
         state.stiffness =
@@ -139,15 +143,6 @@ class VolumeLaw {
                                      double share)
   {
     return without_pull(before, now, 0.0, share);
-  }
-
-  /// Bonds with this share have ended whose atoms are of two bodies by now: they only push from then on.
-  static VolumeReference parted(const VolumeReference &before, double share)
-  {
-    return {{before.own.rho - share, before.own.slope},
-            before.gap + share,
-            before.torn,
-            before.lost + share};
   }
 
   /// A bond that did not count, as its partner came later, has broken: it counts as a new pair from now on.

@@ -14,13 +14,18 @@
 using namespace LAMMPS_NS;
 using namespace EVP;
 
-// fix ID group evp/volume KV [KV ...] | row [cavitation STRAIN|none]
+// fix ID group evp/volume KV [KV ...] | row [cavitation STRAIN|none] [across yes|no]
 FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : WithPerAtomComm(lmp, narg, arg)
 {
   scene::demand_three_dimensions(domain, error, who, "the volume strain",
                                  "use 'dimension 3', or leave the fix out");
   VolumeLaw law;
-  const int end = narg >= 5 && strcmp(arg[narg - 2], "cavitation") == 0 ? narg - 2 : narg;
+  bool across = false;
+  const auto is_keyword = [arg](int k) {
+    return strcmp(arg[k], "cavitation") == 0 || strcmp(arg[k], "across") == 0;
+  };
+  int end = narg;
+  while (end >= 5 && is_keyword(end - 2)) end -= 2;
   const int given = end - 3, ntypes = atom->ntypes;
   if (given != 1 && given != ntypes)
     error->all(FLERR,
@@ -36,10 +41,16 @@ FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : WithPerAtomComm(
       word.demand(kv[type] >= 0.0 && kv[type] <= HIGHEST_KV,
                   "must lie between 0 and 1e100 (an energy per atom)");
     }
-    if (end == narg) return;
-    const Keyword word = {"cavitation", arg[narg - 1]};
-    law.cavitation = strcmp(arg[narg - 1], "none") == 0 ? VolumeLaw::NEVER : word.number();
-    word.demand(law.cavitation > 0.0, "must be a volume strain above 0, or none");
+    for (int k = end; k < narg; k += 2) {
+      const Keyword word = {arg[k], arg[k + 1]};
+      if (word.is("across")) {
+        word.demand(word.value == "yes" || word.value == "no", "must be yes or no");
+        across = word.value == "yes";
+        continue;
+      }
+      law.cavitation = word.value == "none" ? VolumeLaw::NEVER : word.number();
+      word.demand(law.cavitation > 0.0, "must be a volume strain above 0, or none");
+    }
   });
   scene::demand_only_one(modify, error, this, who);
 
@@ -53,6 +64,7 @@ FixEVPVolume::FixEVPVolume(LAMMPS *lmp, int narg, char **arg) : WithPerAtomComm(
 
   forces = std::make_shared<VolumeForces>(this, lmp, who, kv, *this);
   forces->law = law;
+  forces->across = across;
   FixEVPVolume::grow_arrays(atom->nmax);
   atom->add_callback(Atom::GROW);
 }

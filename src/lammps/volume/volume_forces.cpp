@@ -59,7 +59,7 @@ void VolumeForces::pairs_packed(const NeighList *neighbors)
   damage_before.clear();
   bonds_end = pairs->bonds_can_fail();
   is_plastic = pairs->rules().plastic;
-  columns = Columns(*pairs);
+  columns = Columns(*pairs, across);
   densities.set_width(columns.n);
   pulls.set_width(columns.some_push ? PUSHING + 1 : PULLING + 1);
   leaving.clear();
@@ -123,7 +123,7 @@ void VolumeForces::pairs_packed(const NeighList *neighbors)
       const int j = neighbors->firstneigh[i][jj] & NEIGHMASK;
       if (bonded_to[j] == i || scene::is_excluded(lmp->force, neighbors->firstneigh[i][jj]))
         continue;
-      const double end = dlim(i, j);
+      const double end = counts(i, j) ? dlim(i, j) : 0.0;
       if (!(end > 0.0) || stays_beyond(PairGeometry(x, i, j).dsq, end, lmp->neighbor->skin))
         continue;
       const int kind = are_one_body(i, j) ? UNBONDED : OF_TWO_BODIES;
@@ -242,7 +242,7 @@ void VolumeForces::bond_ends(const EndingPair &bond)
   const auto [index, i, j, stored] = bond;
   if (pairs->lists().bonds.pair(index).has_joined || dlim(i, j) == 0.0) return;
   if (ends_of_bond(i, j) != BOTH) remove_pair(of_later(i, j).all, i, j);
-  if (const double end = dlim(i, j); end > 0.0) add_pair(unbonded(i, j).all, i, j, end, error);
+  if (counts(i, j)) add_pair(unbonded(i, j).all, i, j, dlim(i, j), error);
 }
 
 // Bonds that end at the end of the step count as new pairs at once, so that the next set-up finds the same forces; those past
@@ -270,10 +270,10 @@ void VolumeForces::add_leaving(const std::vector<int> &ended)
       if (one == j && j >= lists.nreact) continue;
       if (ends & end_bit)
         add(one, now.rho, are_one_body(i, j) ? columns.to_new : columns.gone);
-      else
+      else if (counts(i, j))
         add(one, now.rho, columns.to_new_of_older);
     }
-    add_pair(unbonded(i, j).now, i, j, end, error);
+    if (counts(i, j)) add_pair(unbonded(i, j).now, i, j, end, error);
   }
 }
 
@@ -315,9 +315,13 @@ std::optional<VolumeReference> VolumeForces::find_change(int i)
   if (own[columns.gone] > 0.0) {
     changes = true;
     const double share = own[columns.gone];
-    reference = VolumeLaw::parted(reference, share);
+    reference.own.rho -= share;
     own[BONDED] -= share;
-    own[PUSHING] += share;
+    if (across) {    // without a force that begins
+      reference.gap += share;
+      reference.lost += share;
+      own[PUSHING] += share;
+    }
   }
   if (const double share = own[columns.to_new]; share > 0.0) {
     changes = true;
@@ -407,6 +411,7 @@ double VolumeForces::force_between(int i, int j, double d, const PackedPair &pai
   const double alpha = pairs->law_of(pair).row.alpha;
   const bool bond = pair.is_bond && !pair.has_joined && d * d <= pair.cutsq;
   if ((size_t) std::max(i, j) >= pulls.size() || !are_pair(i, j)) return 0.0;
+  if (!bond && !counts(i, j)) return 0.0;
   const double end =
       reach(alpha) * pairs->lists().growth_of(i, j) * (atom->radius[i] + atom->radius[j]);
   const Density column = bond                       ? BONDED

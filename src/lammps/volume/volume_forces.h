@@ -28,6 +28,7 @@ namespace EVP {
 class VolumeForces final : public Effect, protected Pointers {
  public:
   VolumeLaw law;
+  bool across = false;    ///< pairs of two bodies push
 
   /// kv: by atom type, from 1 [energy], or empty: those of the rows of the pair style.
   /// The exchange is that of the fix.
@@ -138,19 +139,19 @@ class VolumeForces final : public Effect, protected Pointers {
     PULLING,
     PUSHING,
     CEASED
-  };    // PUSHING with plasticity, or several bodies; the last with plasticity: to pull in this step
+  };    // PUSHING with plasticity, or across bodies; the last with plasticity: to pull in this step
   struct Columns {
     /// After the densities, where bonds can break: shares of bonds that end in this step. to_new: the pair counts as a new one
-    /// from then on. gone: it only pushes from then on, as its atoms are in two bodies. to_new_of_older: to_new, for the older
+    /// from then on. gone: it pushes at most from then on, as its atoms are in two bodies. to_new_of_older: to_new, for the older
     /// atom of a bond with one that came later.
     bool some_push = false;
     int to_new = PUSHING, gone = 0, to_new_of_older = 0, n = PUSHING;
 
     Columns() = default;
-    explicit Columns(const PairData &pairs)
+    Columns(const PairData &pairs, bool across)
     {
       const bool plastic = pairs.rules().plastic;
-      some_push = plastic || pairs.within() != BodyRule::ALL;
+      some_push = plastic || (across && pairs.within() != BodyRule::ALL);
       to_new = plastic ? CEASED + 1 : some_push ? PUSHING + 1 : PUSHING;
       gone = to_new + 1;
       to_new_of_older = to_new + 2;
@@ -255,6 +256,8 @@ class VolumeForces final : public Effect, protected Pointers {
   }
   bool are_pair(int i, int j) const { return has_strain(i) && has_strain(j); }
   bool are_one_body(int i, int j) const { return !in_different_bodies(atom, store().within, i, j); }
+  // once it has no bond, which remains when types or molecule IDs change
+  bool counts(int i, int j) const { return across || are_one_body(i, j); }
   // pairs that no zone recorded count as little as the bonds that are not there
   double reach(double alpha) const
   {
