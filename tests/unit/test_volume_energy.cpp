@@ -152,26 +152,31 @@ TEST(VolumeEnergy, ThePullsAreTheSlopesOfTheEnergyAndNeverJump)
   const double kv = 7.0, h = 1e-6, step = 1e-3;
   for (const EVP::TakenOver &taken : {EVP::TakenOver{}, EVP::TakenOver{40.0, 0.01}})
     for (const VolumeReference &reference : {INSIDE, SURFACE, TORN})
-      for (double unbonded = 0.0; unbonded < 1.2; unbonded += 0.1)
-        for (double bonded = 0.0; bonded < 3.0; bonded += step) {
-          const auto state = [&](double more_bonded, double more_unbonded) {
-            return law.state(kv, reference, {bonded + more_bonded, unbonded + more_unbonded},
-                             taken);
-          };
-          const EVP::VolumeState now = state(0.0, 0.0), next = state(step, 0.0),
-                                 above = state(0.0, step);
-          const auto slope = [&](double a, double b) {
-            return (state(a, b).energy - state(-a, -b).energy) / (2.0 * h);
-          };
-          EXPECT_NEAR(now.bonded, -slope(h, 0.0), 2e-5) << bonded;
-          EXPECT_NEAR(now.pulling, -slope(0.0, h), 2e-5) << bonded;
-          const double most = 1.001 * step *
-              (std::max(now.stiffness.total, next.stiffness.total) +
-               std::max(now.stiffness.bonded, next.stiffness.bonded));
-          EXPECT_LE(std::fabs(next.bonded - now.bonded), most) << bonded << " " << unbonded;
-          EXPECT_LE(std::fabs(above.pulling - now.pulling),
-                    1.001 * step * (kv + taken.bulk) / std::pow(reference.own.slope, 2));
-        }
+      for (const double pushing : {0.0, 0.15, 0.6})
+        for (double unbonded = 0.0; unbonded < 1.2; unbonded += 0.1)
+          for (double bonded = 0.0; bonded < 3.0; bonded += step) {
+            const auto state = [&](double a, double b, double c) {
+              return law.state(kv, reference, {bonded + a, unbonded + b, pushing + c}, taken);
+            };
+            const EVP::VolumeState now = state(0.0, 0.0, 0.0), next = state(step, 0.0, 0.0),
+                                   above = state(0.0, step, 0.0);
+            const auto slope = [&](double a, double b, double c) {
+              return (state(a, b, c).energy - state(-a, -b, -c).energy) / (2.0 * h);
+            };
+            EXPECT_NEAR(now.bonded, -slope(h, 0.0, 0.0), 2e-5) << bonded;
+            EXPECT_NEAR(now.pulling, -slope(0.0, h, 0.0), 2e-5) << bonded;
+            EXPECT_TRUE(pushing == 0.0 || std::fabs(now.pushing + slope(0.0, 0.0, h)) < 2e-5)
+                << bonded;
+            const auto most = [&](const EVP::VolumeState &then, double of_bonds) {
+              return 1.001 * step *
+                  (std::max(now.stiffness.total, then.stiffness.total) +
+                   of_bonds * std::max(now.stiffness.bonded, then.stiffness.bonded));
+            };
+            EXPECT_LE(std::fabs(next.bonded - now.bonded), most(next, 1.0))
+                << bonded << " " << unbonded;
+            EXPECT_LE(std::fabs(above.pulling - now.pulling), most(above, 0.0))
+                << bonded << " " << unbonded;
+          }
 }
 
 TEST(VolumeEnergy, WhatIsTakenOverByHand)
