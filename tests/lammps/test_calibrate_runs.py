@@ -64,7 +64,7 @@ def test_a_row_is_made_and_told(whole):
 
 def test_stopped_on_the_way(tmp_path):
     """By Ctrl-C: no file is left behind, and no run goes on."""
-    process = start(tmp_path, [*WORDS, "--spheres", "4000"])
+    process = start(tmp_path, [*WORDS, "--spheres", "1500"])
     assert any(line.startswith("pass 1, elastic") for line in process.stdout)  # its longest runs begin
     process.send_signal(signal.SIGINT)
     output = process.communicate(timeout=SECONDS)[0]

@@ -12,7 +12,7 @@ TMELT = 775.0
 
 
 def stirred(folder, plate, **choices):
-    run = run_lammps("in.stir", 2, {"specimen": plate, "dwell": 0.06, "turns": 0, "out": "stir", **choices}, folder).ok()
+    run = run_lammps("in.stir", 1, {"specimen": plate, "dwell": 0.06, "turns": 0, "out": "stir", **choices}, folder).ok()
     last = next(line for line in run.stdout.splitlines() if line.startswith("in.stir: in the last row"))
     return run, read_csv(folder / "stir.csv"), last
 
