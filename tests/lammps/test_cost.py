@@ -16,7 +16,7 @@ ALUMINIUM = REPOSITORY / "potentials" / "metals.evp:aluminium_2024T351"
 with open(REPOSITORY / "doc" / "accuracy_errors.csv", newline="", encoding="utf-8") as source:
     MEASURED = {(row["deck"], row["load"], row["choice"], float(row["value"])): float(row["error_percent"]) for row in csv.DictReader(source)}
 UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0, "ms": 1e-3, "MB": 1.0, "GB": 1e3}
-plate = packed("plate.data", n=1500, shape="block", length=0.026, width=0.022, height=0.005)
+plate = packed("plate.data", n=3000, shape="block", length=0.026, width=0.022, height=0.005)
 
 
 def cost(folder, *words):
@@ -108,8 +108,8 @@ def test_runs_in_legs(tmp_path, lmp):
 
 def test_runs_of_which_each_has_its_timestep(tmp_path, plate, lmp):
     """in.stir has one for each tenth of a turn: its steps go by the time that is left. in.seam pulls two strips, each by the same number of steps."""
-    said = cost(tmp_path, "--seconds", "2", DECKS / "in.stir", "-var", "specimen", plate, "-var", "depth", "0.001", "-var", "turns", "8").stdout
-    turn = int(re.search(r"a turn takes \S+ s, (\d+) steps at first", lmp("in.stir", variables={"specimen": plate, "depth": "0.001", "dwell": "0", "turns": "0", "out": "stir"}).stdout)[1])
+    said = cost(tmp_path, "--seconds", "2", DECKS / "in.stir", "-var", "specimen", plate, "-var", "turns", "8").stdout
+    turn = int(re.search(r"a turn takes \S+ s, (\d+) steps at first", lmp("in.stir", variables={"specimen": plate, "dwell": "0", "turns": "0", "out": "stir"}).stdout)[1])
     assert 0.9 * 9 * turn < table(said)[0]["steps"] < 1.5 * 9 * turn
     choices = {"stirred": "stir", "from": "0.014", "to": "0.019"}
     said = cost(tmp_path, "--seconds", "1", DECKS / "in.seam", *(word for name, value in choices.items() for word in ("-var", name, value))).stdout
