@@ -203,8 +203,7 @@ ROUTES = {"split": "run 150\nrun 50\n", "write_restart": "run 150\nwrite_restart
           "restart while it runs": "restart 150 now.restart\nrun 200\nrestart 0\n"}
 
 
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (3, "on")])
-@pytest.mark.parametrize("contacts", [1, 2])
+@pytest.mark.parametrize("contacts, ranks, newton", [(1, 1, "on"), (1, 2, "off"), (2, 3, "on")])
 def test_the_history_of_friction_survives_restart_files(lmp, contacts, ranks, newton):
     """A tangential spring of 7e6 N/m from the first step on: its force grows with the way, in the run that recorded the bonds, and after a restart."""
     pull = "variable pull atom fx*(type==2)\n" + RUB + thermo("c_fx")
