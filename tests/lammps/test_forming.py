@@ -30,7 +30,7 @@ def numbers(text):
 
 
 def test_a_sheet_is_bent(sheet, tmp_path):
-    curve, said, imbalance = formed("in.vbend", tmp_path, specimen=sheet, travel=0.006, speed=10)
+    curve, said, imbalance = formed("in.vbend", tmp_path, specimen=sheet, travel=0.006, speed=20)
     force, bent, left, hinge = (numbers(said)[k] for k in range(4))
     late = curve["travel"] > 0.003
     assert np.mean(curve["force_punch"][late]) == pytest.approx(np.mean((curve["force_left"] + curve["force_right"])[late]), rel=0.03)
@@ -40,7 +40,7 @@ def test_a_sheet_is_bent(sheet, tmp_path):
 
 def test_a_billet_is_extruded(billet, tmp_path):
     """Ideal work: ln ratio of plastic strain, and a pressure of at least the flow stress times it; twice that with redundant work and friction."""
-    curve, said, imbalance = formed("in.extrude", tmp_path, specimen=billet, travel=0.5, speed=20)
+    curve, said, imbalance = formed("in.extrude", tmp_path, specimen=billet, travel=0.5, speed=40)
     pressure, _, behind, strain, ideal = numbers(said)[:5]
     late = curve["travel"] > 0.015
     tools = sum(curve[f"force_{name}"] for name in ("container", "cone", "bearing"))
