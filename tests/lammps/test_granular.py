@@ -103,7 +103,7 @@ def test_other_contacts_and_integrators(lmp_decks, tmp_path):
     decks = {"hertz": style(HERTZ) + slide(contact=HERTZ) + end, "implicit": style(row=law.TABLE1._replace(gamma=100.0)) + slide(integrator="nve/evp") + end,
              "eq. 8": style(plasticity="none") + slide() + end, "dt/evp": style() + slide() + "fix dt block dt/evp 50 0.4 max 1.5e-6\n" + end,
              "roll": style() + slide(integrator="nve/sphere") + START + f"run {STEPS // 2}\n"}
-    runs = lmp_decks({name: head() + text for name, text in decks.items()}, 2)
+    runs = lmp_decks({name: head() + text for name, text in decks.items()})
     table = runs.pop("roll").thermo()
     assert table["v_v"][-1] > 0.8 * SPEED and table["c_omega[2]"][-1] > 0.0
     for run in runs.values():

@@ -66,8 +66,9 @@ def record_bonds(x, radius, zone, box=None):
 
 def sums(atoms, values, count):
     """Sums (count, ...) of values (P, ...) over the pairs of each atom (P,); np.add.at takes ten times as long."""
-    flat = np.reshape(np.asarray(values, dtype=float), (len(atoms), -1))
-    return np.stack([np.bincount(atoms, column, count) for column in flat.T], axis=-1).reshape(count, *np.shape(values)[1:])
+    rest = np.shape(values)[1:]
+    flat = np.reshape(np.asarray(values, dtype=float), (len(atoms), np.prod(rest, dtype=int)))
+    return np.stack([np.bincount(atoms, column, count) for column in flat.T], axis=-1).reshape(count, *rest)
 
 
 def rows_of_pairs(rows, type_i, type_j):
