@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from lammps_run import DECKS, packed, read_csv, run_lammps
 
-plate = packed("plate.data", n=2000, shape="block", length=0.026, width=0.022, height=0.005)
+plate = packed("plate.data", n=3000, shape="block", length=0.026, width=0.022, height=0.005)
 TMELT = 775.0
 
 
 def stirred(folder, plate, **choices):
-    run = run_lammps("in.stir", 1, {"specimen": plate, "depth": 0.002, "dwell": 0.06, "turns": 0, "out": "stir", **choices}, folder).ok()
+    run = run_lammps("in.stir", 1, {"specimen": plate, "dwell": 0.06, "turns": 0, "out": "stir", **choices}, folder).ok()
     last = next(line for line in run.stdout.splitlines() if line.startswith("in.stir: in the last row"))
     return run, read_csv(folder / "stir.csv"), last
 
