@@ -6,7 +6,7 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 # shellcheck source=tools/env.sh
 source "$here/env.sh"
 if [[ " $* " == *" --help "* || " $* " == *" -h "* ]]; then
-  printf '%s\n' "usage: tools/test.sh [OPTION...]" "" "Set-up, then every test: unit tests, LAMMPS' pair tester, tests with LAMMPS and of the tools (about 12 minutes on" \
+  printf '%s\n' "usage: tools/test.sh [OPTION...]" "" "Set-up, then every test: unit tests, LAMMPS' pair tester, tests with LAMMPS and of the tools (less than 10 minutes on" \
     "two cores). A skipped test is a failure. The options are those of tools/setup.sh:" ""
   "$here/setup.sh" --help
   exit 0
@@ -31,10 +31,10 @@ else
 fi
 echo "== tests with LAMMPS and of the tools"
 report=$EVP_BUILD/pytest.log
-# Many tests run one rank, or only start a program. A file stays on one worker, for its fixtures.
+# One more than cores, as many tests run one rank, or wait for a program to start. A file stays on one worker, for its fixtures.
 side_by_side=()
 if "$PYTHON" -c "import xdist" 2>/dev/null; then
-  side_by_side=(-n "$((EVP_CORES < 4 ? EVP_CORES : 4))" --dist loadfile)
+  side_by_side=(-n "$((EVP_CORES < 4 ? EVP_CORES + 1 : 4))" --dist loadfile)
 else
   echo "the tests run one after the other: $PYTHON has no xdist (Debian: python3-pytest-xdist)"
 fi

@@ -10,7 +10,7 @@ LENGTH, WIDTH, HEIGHT, SPAN = 0.1, 0.01, 0.02, 0.08  # [m]
 SMALL = {"strain": 2e-4, "increment": 1e-4}  # of the outer fibre: elastic
 
 
-bar = packed("bar.data", n=1000, shape="block", length=LENGTH, width=WIDTH, height=HEIGHT)
+bar = packed("bar.data", n=700, shape="block", length=LENGTH, width=WIDTH, height=HEIGHT)
 
 
 def bend(bar, folder, ranks=1, **choices):

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""tools/body.py: a part as STL becomes a body; its faults are named and leave no file, nor does one that is stopped. The commands of
-doc/Howto_evp_part.rst, with fewer spheres."""
+"""tools/body.py: its faults are named and leave no file, nor does one that is stopped. What it makes of a part: test_doc_tutorial.py."""
 
 import importlib.util
 import os
@@ -11,17 +10,14 @@ import sys
 import time
 
 import body
-import doc_blocks
 import numpy as np
 import pytest
-from evp import specimen, surface
+from evp import surface
 from inputs import call, mesh_of, program, write_mesh
-from lammps_run import LMP, REPOSITORY, read_csv
-from test_specimen import read_body
+from lammps_run import LMP, REPOSITORY
 
 PARTS = REPOSITORY / "tests" / "data" / "parts"
 BONE = REPOSITORY / "lammps_inputs" / "dog_bone.stl"
-COUNT = 300  # the least for the dog bone is 293, as the refusal below says
 pytestmark = pytest.mark.skipif(importlib.util.find_spec("open3d") is None, reason="no open3d: " + surface.OPEN3D)
 
 
@@ -36,37 +32,6 @@ def tool(tmp_path, monkeypatch):
         return done.returncode, done.stdout + done.stderr
 
     return run
-
-
-@pytest.fixture(scope="module")
-def walk(tmp_path_factory):
-    """The folder in which the commands of the page ran, what they printed, and what the page prints."""
-    folder = tmp_path_factory.mktemp("walk")
-    doc_blocks.prepare(folder)
-    pack, packed, pull, read, numbers = doc_blocks.blocks("doc/Howto_evp_part.rst")[:5]
-    assert "--n 800" in pack.text
-    commands = [command.replace("--n 800", f"--n {COUNT}") for block in (pack, pull, read) for command in block.commands()]
-    return folder, doc_blocks.run(commands, folder), [packed.text.splitlines()[0], numbers.text.splitlines()[0]]
-
-
-def test_body_of_the_part(walk):
-    """Volume and section of the surface, whole spheres within it, jammed, and one atom type. Measures of the part to the last digit of the page.
-    Elastic: the grips stretch less than the gauge, as twice the section strains half as much."""
-    folder, printed, shown = walk
-    assert all(line in printed for line in shown) and f"packing {COUNT} spheres done in" in printed
-    packing, found = specimen.read_data(folder / "bone.data"), read_body(folder / "bone.data.body")
-    bone = surface.closed_surface(surface.read_mesh(BONE), "bone").placed("z", 1e-3)
-    assert found["volume"] == pytest.approx(bone.volume(), rel=1e-6) and found["length"] == pytest.approx(bone.extents[0], rel=1e-6)
-    assert found["area"] == pytest.approx(0.5 * 32 * np.sin(2 * np.pi / 32) * 0.004**2, rel=1e-5)
-    assert found["solid_fraction"] == pytest.approx(np.sum(4 / 3 * np.pi * packing.radius**3) / found["volume"], rel=1e-6)
-    assert "1 atom types" in (folder / "bone.data").read_text() and np.array_equal(packing.ids, np.arange(1, COUNT + 1))
-    beyond = (packing.radius - bone.depth(packing.x)) / packing.radius.mean()
-    near = beyond[np.abs(beyond) < 0.02]
-    assert beyond.max() < 0.07 and np.sum(np.abs(beyond) < 0.05) > 0.6 * COUNT and np.sqrt(np.mean(near**2)) < 0.015
-    pairs, ratio = specimen.pairs_within(packing, 1.5)
-    assert 2 * np.sum(ratio < 1.001) / COUNT == pytest.approx(3.7, abs=0.7) and ratio.min() > 0.99
-    curve = read_csv(folder / "bone.csv")
-    assert curve["strain_gauge"][4] / curve["strain"][4] == pytest.approx(1.13, abs=0.06)
 
 
 def soup_of(path):

@@ -13,7 +13,7 @@ from evp import calibration, flow
 from lammps_run import LMP, REPOSITORY
 
 CALIBRATE = REPOSITORY / "tools" / "calibrate.py"
-WORDS = ["--E", "70e9", "--nu", "0.33", "--yield", "95e6", "--stress", "150e6@0.04", "--density", "2700", "--name", "mine", "--spheres", "300", "--ranks", "2",
+WORDS = ["--E", "70e9", "--nu", "0.33", "--yield", "95e6", "--stress", "150e6@0.04", "--density", "2700", "--name", "mine", "--spheres", "300", "--ranks", "1",
          "--heat", "soften 298 775 1", "--check", "500K"]
 CURVE = flow.through(70e9, 95e6, ((150e6, 0.04),))
 SECONDS = 120
@@ -64,7 +64,7 @@ def test_a_row_is_made_and_told(whole):
 
 def test_stopped_on_the_way(tmp_path):
     """By Ctrl-C: no file is left behind, and no run goes on."""
-    process = start(tmp_path, [*WORDS, "--spheres", "4000"])
+    process = start(tmp_path, [*WORDS, "--spheres", "1500", "--ranks", "2"])
     assert any(line.startswith("pass 1, elastic") for line in process.stdout)  # its longest runs begin
     process.send_signal(signal.SIGINT)
     output = process.communicate(timeout=SECONDS)[0]

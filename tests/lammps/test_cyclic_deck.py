@@ -37,12 +37,11 @@ def test_by_default_one_sweep(tmp_path):
     assert list(state.columns) == "id x y z radius bonds share_second share_lost new_pairs plastic_work plastic_strain volume_strain".split()
 
 
-@pytest.mark.parametrize("ranks, choices", [
-    (1, {"strain": 0.004, "lower": -0.002, "cycles": 2}), (2, {"strain": 0.004, "rate": -10, "lower": 0.002, "cycles": 2}),
-    (1, {"strain": 0.004, "lower": 0.0011, "cycles": 2})])
-def test_turns(tmp_path, ranks, choices):
+@pytest.mark.parametrize("choices", [
+    {"strain": 0.004, "lower": -0.002, "cycles": 2}, {"strain": 0.004, "rate": -10, "lower": 0.002, "cycles": 2}, {"strain": 0.004, "lower": 0.0011, "cycles": 2}])
+def test_turns(tmp_path, choices):
     """At strain and lower, by turns, on them also where rows do not divide the way; below the second regime on the one line."""
-    curve, _ = run("in.cyclic", tmp_path, ranks, **choices)
+    curve, _ = run("in.cyclic", tmp_path, **choices)
     at = curve.strain[[*curves.turns(curve.strain), -1]]
     assert at == pytest.approx([np.sign(choices.get("rate", 1)) * choices["strain"], choices["lower"]] * 2, abs=1e-9)
     assert np.abs(np.diff(curve.strain)).max() <= 2e-5 * (1 + 1e-6)

@@ -41,7 +41,7 @@ class Run(NamedTuple):
 RUNS = (
     Run("README.md", "tools/calibrate.py --E", "part_state.dump", short={"in.quasistatic": "-var strain 0.003"},
         texts=(("tools/body.py lammps_inputs/dog_bone.stl --axis z --unit mm --n 800 --out part.data", "lmp -in lammps_inputs/in.specimen -var out part.data"),
-               ("--out my.evp", "--spheres 250 --out my.evp || [ $? -eq 3 ]"))),  # body.py: test_body_tool.py
+               ("--out my.evp", "--spheres 250 --out my.evp || [ $? -eq 3 ]"))),  # body.py: test_doc_tutorial.py
     Run("README.md", "tools/view.py part_state.dump", "part.png",
         (SPECIMEN.replace("my.data", "part.data"), "lmp -in lammps_inputs/in.quasistatic -var specimen part.data -var material potentials/metals.evp:aluminium_1100O "
          "-var strain 0.001 -var increment 0.00005 -var cycles 1 -var lower release -var restart 0 -var out part")),
@@ -63,14 +63,14 @@ RUNS = (
 )
 WALK = "the walk of the page, with fewer spheres"
 # (page, test file that uses the block, or '' for none; what it does with it, or why there is none): words that only the block has.
-PROJECT, BODY_TOOL, CALIBRATE = "tests/tools/test_project_files.py", "tests/lammps/test_body_tool.py", "tests/lammps/test_calibrate_runs.py"
+PROJECT, TUTORIAL, CALIBRATE = "tests/tools/test_project_files.py", "tests/lammps/test_doc_tutorial.py", "tests/lammps/test_calibrate_runs.py"
 NAMED = {
     ("README.md", "", "set-up and all tests: what continuous integration runs itself, see .github/workflows/ci.yml"): ("tools/quickstart.sh",),
     ("CONTRIBUTING.md", PROJECT, "too long; its commands, options and paths are checked"): ("tools/test.sh ", "evp_find_python", "tests/maintain/releases.sh"),
     (HOWTO, "tests/tools/test_view.py", "runs it as it stands"): ("tools/view.py torn_frames.dump",),
     (PAPER, "", "printed by curves.py rate for 500 spheres; tests/tools/test_rates.py tests the tool"): ("expected at 10/s with E",),
-    (PART, BODY_TOOL, WALK): ("tools/body.py lammps_inputs/dog_bone.stl", "dog_bone.stl: 1152 triangles", "in.quasistatic -var specimen bone.data",
-                              "tools/curves.py numbers bone.csv", "bone.csv   20.868"),
+    (PART, TUTORIAL, WALK): ("tools/body.py lammps_inputs/dog_bone.stl", "dog_bone.stl: 1152 triangles", "in.quasistatic -var specimen bone.data",
+                             "tools/curves.py numbers bone.csv", "bone.csv   20.868"),
     (PART, "tests/lammps/test_doc_commands.py", "is the file plate.region of the commands above it"): ("region hole cylinder",),
     (PART, "tests/lammps/test_press.py", "runs it with fewer spheres"): ("tools/tool.py lammps_inputs/wedge.stl",),
     (FRICTION, "tests/lammps/test_forming.py", "runs it on a block"): ("region          punch cone",),

@@ -30,7 +30,7 @@ def numbers(text):
 
 
 def test_a_sheet_is_bent(sheet, tmp_path):
-    curve, said, imbalance = formed("in.vbend", tmp_path, specimen=sheet, travel=0.006, speed=10)
+    curve, said, imbalance = formed("in.vbend", tmp_path, specimen=sheet, travel=0.006, speed=20)
     force, bent, left, hinge = (numbers(said)[k] for k in range(4))
     late = curve["travel"] > 0.003
     assert np.mean(curve["force_punch"][late]) == pytest.approx(np.mean((curve["force_left"] + curve["force_right"])[late]), rel=0.03)
@@ -40,7 +40,7 @@ def test_a_sheet_is_bent(sheet, tmp_path):
 
 def test_a_billet_is_extruded(billet, tmp_path):
     """Ideal work: ln ratio of plastic strain, and a pressure of at least the flow stress times it; twice that with redundant work and friction."""
-    curve, said, imbalance = formed("in.extrude", tmp_path, specimen=billet, travel=0.5, speed=20)
+    curve, said, imbalance = formed("in.extrude", tmp_path, specimen=billet, travel=0.5, speed=40)
     pressure, _, behind, strain, ideal = numbers(said)[:5]
     late = curve["travel"] > 0.015
     tools = sum(curve[f"force_{name}"] for name in ("container", "cone", "bearing"))
@@ -53,7 +53,7 @@ def test_a_billet_is_extruded(billet, tmp_path):
 def test_a_sheet_is_blanked(strip, tmp_path):
     """The default row: its flow stress at a plastic strain of 0.26, where it fails in shear, over sqrt 3 is 302 MPa; coarse spheres at the faces bear more. Then it
     parts, and nothing bears any more."""
-    run = run_lammps("in.blank", 2, {"specimen": strip, "travel": 0.6, "out": "part"}, tmp_path).ok()
+    run = run_lammps("in.blank", 1, {"specimen": strip, "travel": 0.6, "speed": 20, "out": "part"}, tmp_path).ok()
     peak, at, parted, count, imbalance = numbers(re.findall(r"^in.blank: largest.*", run.stdout, re.M)[-1])[:5]
     curve = read_csv(tmp_path / "part.csv")
     assert 302.0 < peak < 1.4 * 302.0 and 5.0 < at < parted < 50.0

@@ -103,7 +103,7 @@ def test_other_contacts_and_integrators(lmp_decks, tmp_path):
     decks = {"hertz": style(HERTZ) + slide(contact=HERTZ) + end, "implicit": style(row=law.TABLE1._replace(gamma=100.0)) + slide(integrator="nve/evp") + end,
              "eq. 8": style(plasticity="none") + slide() + end, "dt/evp": style() + slide() + "fix dt block dt/evp 50 0.4 max 1.5e-6\n" + end,
              "roll": style() + slide(integrator="nve/sphere") + START + f"run {STEPS // 2}\n"}
-    runs = lmp_decks({name: head() + text for name, text in decks.items()}, 2)
+    runs = lmp_decks({name: head() + text for name, text in decks.items()})
     table = runs.pop("roll").thermo()
     assert table["v_v"][-1] > 0.8 * SPEED and table["c_omega[2]"][-1] > 0.0
     for run in runs.values():
@@ -203,8 +203,7 @@ ROUTES = {"split": "run 150\nrun 50\n", "write_restart": "run 150\nwrite_restart
           "restart while it runs": "restart 150 now.restart\nrun 200\nrestart 0\n"}
 
 
-@pytest.mark.parametrize("ranks, newton", [(1, "on"), (2, "off"), (3, "on")])
-@pytest.mark.parametrize("contacts", [1, 2])
+@pytest.mark.parametrize("contacts, ranks, newton", [(1, 1, "on"), (1, 2, "off"), (2, 3, "on")])
 def test_the_history_of_friction_survives_restart_files(lmp, contacts, ranks, newton):
     """A tangential spring of 7e6 N/m from the first step on: its force grows with the way, in the run that recorded the bonds, and after a restart."""
     pull = "variable pull atom fx*(type==2)\n" + RUB + thermo("c_fx")

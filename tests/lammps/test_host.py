@@ -156,20 +156,11 @@ def test_records_that_have_no_table_are_not_found(complaints_of):
 
 def test_sources_compile_without_mpi(complaints_of):
     """Those that name a function of MPI: a LAMMPS without it has stand-ins of its own, whose functions take other pointers."""
-    def complaints(sources):
-        """Of one unit that includes all of them: each alone would read the headers anew, for seconds."""
-        return complaints_of("".join(f'#include "{source}"\n' for source in sources))
-
     sources = [path for path in sorted((REPOSITORY / "src").rglob("*.cpp")) if "MPI_" in path.read_text(encoding="utf-8")]
     assert len(sources) > 10
-    units = []  # [(sources, names)]: static names of a unit must differ
-    for source in sources:
+    text, known = "", {}
+    for source in sources:  # one unit: each alone would read the headers anew, for seconds. What is static there must differ.
         names = set(re.findall(r"^static [^;={(\n]*?(\w+)(?: =|\()", source.read_text(encoding="utf-8"), re.M))
-        unit = next((unit for unit in units if not names & unit[1]), None)
-        if unit is None:
-            units.append(unit := ([], set()))
-        unit[0].append(source)
-        unit[1].update(names)
-    for unit, _ in units:
-        said = complaints(unit) and "".join(complaints([source]) for source in unit)  # alone: other names may be the same, too
-        assert not said, said
+        again = [name for name in names if known.setdefault(name, source) != source]
+        text += "".join(f"#define {name} {source.stem}_{name}\n" for name in again) + f'#include "{source}"\n' + "".join(f"#undef {name}\n" for name in again)
+    assert not (said := complaints_of(text)), said

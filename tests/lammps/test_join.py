@@ -45,24 +45,24 @@ def deck(beta, newton="on", start=f"read_data {DATA}/join_start_1000.data", skin
 
 
 SHOWN = f"thermo {ROWS}\n" + thermo("f_rows f_bonds f_bonds[4] f_bonds[5] f_bonds[6] f_energy f_energy[9]")
-WAY = 3 * ROWS  # to a strain of 0.6
+WAY = 2 * ROWS  # to a strain of 0.4
 
 
 @pytest.fixture(scope="module")
 def all_the_way(tmp_path_factory):
     """With 1.3; on the way, at a strain of 0.24, the state as a restart file and as text."""
     state = "run 4000\nwrite_restart state.rst\nwrite_data state.data nocoeff\nwrite_evp_bonds state.bonds\n"
-    return run_lammps(f"{deck(1.3)}{START}{SHOWN}{state}run {WAY - 4000}\n", 2, {}, tmp_path_factory.mktemp("sheared")).ok()
+    return run_lammps(f"{deck(1.3)}{START}{SHOWN}{state}run {WAY - 4000}\n", 1, {}, tmp_path_factory.mktemp("sheared")).ok()
 
 
 @pytest.mark.parametrize("beta", [1.2, 1.3])
 def test_simple_shear(lmp, all_the_way, beta):
-    """Stress, bonds and events to a strain of 0.6 as the independent program has them; the energies close."""
-    rows = REFERENCE["cases"][f"join {beta}"][:3]
+    """Stress, bonds and events to a strain of 0.4 as the independent program has them; the energies close."""
+    rows = REFERENCE["cases"][f"join {beta}"][:2]
     run = all_the_way if beta == 1.3 else lmp(f"{deck(beta)}{START}{SHOWN}run {WAY}\n").ok()
     blocks = thermo_blocks(run.stdout)
     table = {name: np.concatenate([block[name][block["Step"] % ROWS == 0] for block in blocks]) for name in blocks[0]}
-    assert table["Step"].tolist() == [0, ROWS, 2 * ROWS, WAY]
+    assert table["Step"].tolist() == [0, ROWS, WAY]
     assert table["f_rows"][1:] / 1e6 == pytest.approx([row["tau_MPa"] for row in rows], rel=0.02)
     for name, key in (("f_bonds[6]", "joined"), ("f_bonds[5]", "left")):
         assert table[name][1:] == pytest.approx([row[key] for row in rows], rel=0.1, abs=6)
@@ -77,11 +77,11 @@ def events(lmp, folder, ranks, text):
 
 @pytest.fixture(scope="module")
 def sheared(all_the_way):
-    """The bonds after 0.1 of strain from a state in which they meet often, in a folder that has that state."""
+    """The bonds after 0.05 of strain from a state in which they meet often, in a folder that has that state."""
     folder = all_the_way.folder
     run_lammps(go_on(folder, "text") + "write_evp_bonds end.bonds\n", 1, {}, folder).ok()
     found = read_pairs(folder / "end.bonds")
-    assert found.joined - read_pairs(folder / "state.bonds").joined > 30, "control"
+    assert found.joined - read_pairs(folder / "state.bonds").joined > 15, "control"
     return folder, found
 
 
@@ -91,11 +91,11 @@ def go_on(folder, kind, newton="on", skin=4e-4, neighbors="every 1 delay 0 check
         text = text.replace("compute press", "reset_timestep 4000\ncompute press")
     else:
         text = deck(1.3, newton, f"read_restart {folder}/state.rst", skin)
-    return text + f"neigh_modify {neighbors}\nrun 1660\n"
+    return text + f"neigh_modify {neighbors}\nrun 830\n"
 
 
 @pytest.mark.parametrize("kind, ranks, newton, more", [
-    ("restart", 1, "on", {}), ("text", 2, "off", {}), ("restart", 4, "off", {}), ("text", 4, "on", {"skin": 1.5e-3}), ("restart", 2, "on", {"neighbors": "every 1 delay 0 check no"})])
+    ("restart", 1, "on", {}), ("text", 2, "off", {}), ("text", 4, "on", {"skin": 1.5e-3}), ("restart", 2, "on", {"neighbors": "every 1 delay 0 check no"})])
 def test_same_events(lmp, tmp_path, sheared, kind, ranks, newton, more):
     folder, expected = sheared
     found = events(lmp, tmp_path, ranks, go_on(folder, kind, newton, **more))
@@ -183,7 +183,7 @@ def test_events(lmp, tmp_path, sheared):
     kept = {}
     for newton, ranks in (("on", 1), ("off", 2), ("off", 4)):
         text = go_on(folder, "restart", newton).replace("fix bonds all evp/bonds", "fix bonds all evp/bonds events all.events")
-        run = lmp(text.replace("run 1660", thermo("f_bonds[5] f_bonds[6]") + "run 400"), ranks).ok()
+        run = lmp(text.replace("run 830", thermo("f_bonds[5] f_bonds[6]") + "run 400"), ranks).ok()
         kept[ranks], places = read_events(tmp_path / "all.events")
         table = run.thermo()
         for column, names in (("f_bonds[5]", {"dlim", "failed"}), ("f_bonds[6]", {"joined"})):

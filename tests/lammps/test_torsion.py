@@ -34,8 +34,8 @@ def test_bodies_that_are_refused(tmp_path):
     """A square, a bore beside the axis, a radius that is another one."""
     (tmp_path / "bore.region").write_text("region whole cylinder x 0 0 0.012 0 0.04\nregion bore cylinder x 0.003 0 0.005 0 0.04 side out\n"
                                           "region body intersect 2 whole bore\n", encoding="utf-8")
-    for body, choices in (("square.data", {"n": 500, "shape": "block", "length": 0.03, "width": 0.012, "height": 0.012}),
-                          ("bore.data", {"n": 900, "shape": "region", "region": "bore.region", "length": 0.04, "width": 0.024, "height": 0.024})):
+    for body, choices in (("square.data", {"n": 200, "shape": "block", "length": 0.03, "width": 0.012, "height": 0.012}),
+                          ("bore.data", {"n": 300, "shape": "region", "region": "bore.region", "length": 0.04, "width": 0.024, "height": 0.024})):
         run_lammps("in.specimen", 1, {**choices, "out": body}, tmp_path).ok()
         refused(run_lammps("in.torsion", 1, {"specimen": body, **SMALL}, tmp_path), "in.torsion: the body is no round bar or tube of this outer radius about the x axis")
     (tmp_path / "thin.data").write_bytes(REFERENCE.read_bytes())
@@ -94,8 +94,8 @@ def test_frames_have_words_and_rigid_grips(tmp_path):
 def test_a_tube(tmp_path):
     """The stress and with it G of a tube by the polar moment of its ring, whose outer radius is that of the spheres: G is that of a solid bar, but for the walls of the packing."""
     (tmp_path / "tube.region").write_text("region outer cylinder x 0 0 0.01 0 0.05\nregion bore cylinder x 0 0 0.005 INF INF side out\nregion body intersect 2 outer bore\n")
-    run_lammps("in.specimen", 1, {"n": 1500, "shape": "region", "region": "tube.region", "out": "tube.data"}, tmp_path).ok()
-    run_lammps("in.specimen", 1, {"n": 1500, "radius": 0.01, "out": "bar.data"}, tmp_path).ok()
+    run_lammps("in.specimen", 1, {"n": 1000, "shape": "region", "region": "tube.region", "out": "tube.data"}, tmp_path).ok()
+    run_lammps("in.specimen", 1, {"n": 1000, "radius": 0.01, "out": "bar.data"}, tmp_path).ok()
     moduli = {}
     for body in ("bar", "tube"):
         curve = twist(tmp_path, specimen=f"{body}.data", angle=0.0008, increment=0.0004)

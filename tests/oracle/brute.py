@@ -64,6 +64,13 @@ def record_bonds(x, radius, zone, box=None):
     return dict(zip(zip((pairs.i + 1).tolist(), (pairs.j + 1).tolist()), pairs.d.tolist()))
 
 
+def sums(atoms, values, count):
+    """Sums (count, ...) of values (P, ...) over the pairs of each atom (P,); np.add.at takes ten times as long."""
+    rest = np.shape(values)[1:]
+    flat = np.reshape(np.asarray(values, dtype=float), (len(atoms), np.prod(rest, dtype=int)))
+    return np.stack([np.bincount(atoms, column, count) for column in flat.T], axis=-1).reshape(count, *rest)
+
+
 def rows_of_pairs(rows, type_i, type_j):
     """Row whose fields are arrays (P,), from one Row or a dict {(type_i, type_j): Row}."""
     if isinstance(rows, law.Row):

@@ -29,7 +29,7 @@ import numpy as np
 from evp import law
 
 from . import volume
-from .brute import rows_of_pairs
+from .brute import rows_of_pairs, sums
 
 APART = 1.05  # times BETA (R_i + R_j): beyond, a pair that was inside may join
 
@@ -153,10 +153,7 @@ class Metal:
 
     def _to_spheres(self, of_pair, sign=1.0):
         """Sums (N,) of values (P,), or (N,3) of (P,3), over the pairs of each sphere; sign: of j."""
-        found = np.zeros((len(self.x), *np.shape(of_pair)[1:]))
-        np.add.at(found, self.i, np.asarray(of_pair, dtype=float))
-        np.add.at(found, self.j, sign * np.asarray(of_pair, dtype=float))
-        return found
+        return sums(self.i, of_pair, len(self.x)) + sign * sums(self.j, of_pair, len(self.x))
 
     def _limits(self):
         found = np.zeros(len(self.x))
@@ -187,10 +184,8 @@ class Metal:
         own = self._to_spheres((-0.5 * pair_force * now.d)[:, None, None] * now.unit[:, :, None] * now.unit[:, None, :])
 
         def around(values):
-            sums = values.astype(float)
-            np.add.at(sums, self.i[self.bonded], values[self.j[self.bonded]])
-            np.add.at(sums, self.j[self.bonded], values[self.i[self.bonded]])
-            return sums
+            i, j = self.i[self.bonded], self.j[self.bonded]
+            return values + sums(i, values[j], len(values)) + sums(j, values[i], len(values))
 
         mean = around(own) / around(volumes)[:, None, None]
         self.mean_stress = von_mises(mean)
@@ -241,12 +236,14 @@ class Metal:
 
     def _flow(self, d, deq, y):
         """Flowed of all pairs at d with deq and the limit y (P,); contacts do nothing with contact none."""
-        bond = law.flow_bond(np.minimum(d, self.dlim), deq, self.row, y)
-        if self.contact == "none":
-            rest = law.Flowed(deq, *(np.zeros_like(d) for _ in bond[1:]))
-            return law.Flowed(*(np.where(self.bonded, *both) for both in zip(bond, rest)))
-        rest = law.flow_contact(d, deq, self.touching, self.row, y)
-        return law.Flowed(*(np.where(self.bonded, *both) for both in zip(bond, rest)))
+        bonds, meets = self.bonded, ~self.bonded & (d < deq) & (self.contact != "none")
+        at_bonds, at_contacts = (law.Row(*(value[those] for value in self.row)) for those in (bonds, meets))
+        found = law.Flowed(np.where(~bonds & (d > self.touching) & (self.contact != "none"), self.touching, deq), *np.zeros((4, len(d))))
+        of_bonds = law.flow_bond(np.minimum(d, self.dlim)[bonds], deq[bonds], at_bonds, y[bonds])
+        of_contacts = law.flow_contact(d[meets], deq[meets], self.touching[meets], at_contacts, y[meets])
+        for values, *own in zip(found, of_bonds, of_contacts):
+            values[bonds], values[meets] = own
+        return found
 
     def evaluate(self):
         """The Pairwise of the present x, v, deq and y."""

@@ -18,6 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .brute import sums
+
 
 class Volume(NamedTuple):
     """theta, energy (N,); force (N,3); pair_force (P,), positive repels; virial (3,3) sum of r_a F_b over the pairs."""
@@ -97,10 +99,7 @@ def evaluate(x, i, j, dlim, kv, rest, cavitation=0.15, fresh=False, taken=(0.0, 
     g = np.where(across, g[2][i] + g[2][j], np.where(fresh, g[1][i] + g[1][j], g[0][i] + g[0][j]))
     pair_force = -g * 2.0 * t / dlim
     f = (pair_force / d)[:, None] * r
-    force = np.zeros_like(x)
-    np.add.at(force, i, f)
-    np.add.at(force, j, -f)
-    return Volume(theta, energy, force, pair_force, r.T @ f)
+    return Volume(theta, energy, sums(i, f, count) - sums(j, f, count), pair_force, r.T @ f)
 
 
 def torn(x, i, j, dlim, rest, fresh, broken):

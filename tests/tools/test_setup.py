@@ -15,7 +15,7 @@ BUILD = REPOSITORY / "build"
 SETUP = REPOSITORY / "tools" / "setup.sh"
 
 
-def setup(*options, **environment):
+def run_setup(*options, **environment):
     result = subprocess.run([str(SETUP), *options], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                             env={**os.environ, **environment}, timeout=300)
     return result.returncode, result.stdout
@@ -42,7 +42,7 @@ def test_bad_options(tmp_path, options, message):
     (tmp_path / "src" / "lammps.h").touch()
     (tmp_path / "src" / "version.h").write_text('#define LAMMPS_VERSION "2 Aug 2023"\n')
     places = {"OLD": str(tmp_path), "OWN": own_lammps()[1]}
-    status, text = setup(*(places.get(word, word) for word in options))
+    status, text = run_setup(*(places.get(word, word) for word in options))
     assert status == 1 and "setup.sh: error: " in text and message.replace("OLD", str(tmp_path)) in text
     assert "==" not in text, "no phase may have begun"
 
@@ -69,11 +69,11 @@ def test_second_call_makes_nothing_and_the_first_waits_for_another(tmp_path):
         while not (tmp_path / "lock-4Feb2025").exists():
             time.sleep(0.01)
         time.sleep(0.2)
-        status, text = setup(*own_lammps(), EVP_CACHE=str(tmp_path))
+        status, text = run_setup(*own_lammps(), EVP_CACHE=str(tmp_path))
         assert holder.poll() is not None, "went on while the lock was held"
     assert status == 0 and "another set-up of LAMMPS 4Feb2025 is at work" in text, text
     library = (BUILD / "evpplugin.so").stat().st_mtime_ns
-    status, text = setup(*own_lammps(), EVP_CACHE=str(tmp_path))
+    status, text = run_setup(*own_lammps(), EVP_CACHE=str(tmp_path))
     assert status == 0 and "nothing is missing" in text and f"{BUILD}/lmp -in FILE" in text, text
     assert (BUILD / "evpplugin.so").stat().st_mtime_ns == library, "nothing had to be compiled"
     options.unlink(missing_ok=True)
@@ -85,7 +85,7 @@ def test_second_call_makes_nothing_and_the_first_waits_for_another(tmp_path):
 def test_no_network_and_nothing_cached(tmp_path, release):
     """A proxy that nobody listens on: apt's downloads really fail."""
     dead = "http://127.0.0.1:9"
-    status, text = setup("--lammps-release", release, EVP_CACHE=str(tmp_path), http_proxy=dead, https_proxy=dead)
+    status, text = run_setup("--lammps-release", release, EVP_CACHE=str(tmp_path), http_proxy=dead, https_proxy=dead)
     assert status == 1 and text.count("setup.sh: error: ") == 1
     assert "No LAMMPS source can be had here. Give one: tools/setup.sh --lammps-source /path/to/lammps" in text
     assert not list(tmp_path.glob("lammps-*/source")), "no half tree is left"

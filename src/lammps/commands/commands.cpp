@@ -563,7 +563,7 @@ class HiddenScreen {
   }
 };
 
-std::string quoted(const std::string &word)
+std::string in_quotes(const std::string &word)
 {
   if (!word.empty() && word.find_first_of(" \t#&$") == std::string::npos) return word;
   return "\"" + word + "\"";
@@ -578,13 +578,13 @@ void EVPQuietly::command(int narg, char **arg)
   std::string line, words;
   for (int i = 0; i < narg; i++) {
     std::string word = arg[i];
-    if (utils::has_utf8(word) && quoted(word) == word) {
+    if (utils::has_utf8(word) && in_quotes(word) == word) {
       const std::string name = "evp_quietly_" + std::to_string(i);
       set_script_variable(lmp, "evp_quietly", name, arg[i], "rename it");
       word = "${" + name + "}";
       words += " " + name;
     } else
-      word = quoted(word);
+      word = in_quotes(word);
     line += word + " ";
   }
 
