@@ -277,7 +277,7 @@ def calibrate(options, words):
             material = material._replace(row=material.row._replace(gamma=gamma))
         row = f"{material.words(f'{body.spacing:.6g}', f'{body.coordination:.6g}')}{heat}{failure}"
         for temperature in options.check:
-            hot, run = calibration.at_temperature(f"{material.words(f'{body.spacing:.15g}', f'{body.coordination:.15g}')}{heat}", heat_values(options), targets, temperature, body, work)
+            hot, run = calibration.at_temperature(f"{result.material.words(f'{body.spacing:.15g}', f'{body.coordination:.15g}')}{heat}", heat_values(options), targets, temperature, body, work)
             way = f"tension at {temperature:g} K"
             result.residuals[way] = {what: value for what, value in hot.residuals(result.moduli, {"tension": run})["tension"].items() if value == value}
             print(f"{way}: {calibration.told(result.residuals[way])}", flush=True)

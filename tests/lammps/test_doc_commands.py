@@ -77,7 +77,7 @@ NAMED = {
     (FRICTION, "tests/lammps/test_granular.py", "runs it"): ("pair_style      hybrid evp/lj",),
     (HEAT, "tests/lammps/test_doc_commands.py", "runs the input scripts, test_heat_*"): ("# grips hold their temperature", "add/heat linear", "expansion 2.3e-5 293"),
     (HEAT, "tests/lammps/test_doc_commands.py", "runs the deck with the file, test_heat_in_a_deck"): ("heat_rows all print", "-var also heat.lmp"),
-    (METAL, "", "takes minutes; tests/tools/test_calibration.py tests its keywords and bars, test_failure.py how spheres fail"): ("--name failing",),
+    (METAL, "", "takes minutes; tests/tools/test_calibration.py tests its keywords and bars, test_failure.py and test_heat.py how spheres fail and soften"): ("--name failing", "--name heated"),
     (CLUSTER, "", "need a cluster"): ("module load lammps\nevp doctor", "#SBATCH"),
     (CLUSTER, "tests/lammps/test_doc_commands.py", "runs the file, test_files_of_a_large_run"): ("dump_modify     parts nfile 2",),
     (METAL, CALIBRATE, "tests the option with another row"): ("tension at 298 K:",),
