@@ -35,7 +35,7 @@ from evp import curves, figures, law, measured, rates, specimen
 import numpy as np
 from evp.report import command_line, errors_in_one_line, positive, print_table, typed, write_csv
 
-PARTED = 0.1  # of the largest stress that is left
+PARTED, SOFTENED = 0.1, 0.9  # of the largest stress that is left
 ELASTIC_END = 0.004  # strain at which the first pairs of Table 1 come to the second regime
 TITLES = {  # {E}: what the modulus is called
     "E_GPa": "{E} [GPa]",
@@ -147,8 +147,8 @@ def show_numbers(args):
             print(f"NOTE: {path} turns back at strain {curve.strain[turns[0]]:g}: the numbers above are those of the way there. "
                   f"{typed('curves.py')} cycle and {typed('curves.py')} table give those of the way back, too")
         peak = int(curve.virial.argmax())
-        if not len(turns) and 0 < peak < len(curve.virial) - 1:
-            gone = peak + np.flatnonzero(curve.virial[peak:] < PARTED * curve.virial[peak])
+        gone = peak + np.flatnonzero(curve.virial[peak:] < PARTED * curve.virial[peak])
+        if not len(turns) and curve.virial[-1] < SOFTENED * curve.virial[peak]:
             print(f"{path}: largest stress {1e-6 * curve.virial[peak]:.5g} MPa at strain {curve.strain[peak]:.4g}, "
                   + (f"a tenth of it is left at strain {curve.strain[gone[0]]:.4g}" if len(gone) else f"{1e-6 * curve.virial[-1]:.5g} MPa at the end"))
         tell(path, found[path])

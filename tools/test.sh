@@ -31,7 +31,7 @@ else
 fi
 echo "== tests with LAMMPS and of the tools"
 report=$EVP_BUILD/pytest.log
-# One more than cores, as many tests run one rank, or wait for a program to start. A file stays on one worker, for its fixtures.
+# One more than cores, at most 4, as many tests run one rank, or wait for a program to start. A file stays on one worker, for its fixtures.
 side_by_side=()
 if "$PYTHON" -c "import xdist" 2>/dev/null; then
   side_by_side=(-n "$((EVP_CORES < 4 ? EVP_CORES + 1 : 4))" --dist loadfile)

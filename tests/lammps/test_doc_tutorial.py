@@ -21,7 +21,7 @@ COUNT = 300  # spheres of the part; the least is 293
 SMALLER = (("--n 2000", f"--n {COUNT}"), ("-var increment 0.0001", "-var increment 0.0002"), ("--name alloy --out", "--spheres 250 --name alloy --out"),
            ("-var strain 0.008", "-var rate 40 -var strain 0.008"),
            ("-var frames 20", "-var frames 3"), ("--out my.evp", "--out my.evp || [ $? -eq 3 ]"), ("--pixels 400", "--pixels 150"))
-SAME = 0.12  # of the figures, for a fourth of the spheres and other packings
+SAME = 0.12  # of the figures, for a seventh of the spheres and other packings
 NUMBER = re.compile(r"[-+]?\d[\d.]*(?:e[-+]?\d+)?")
 
 

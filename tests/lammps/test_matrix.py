@@ -51,7 +51,8 @@ FEATURES = {
         "fix volume all evp/volume 500\n", stir=SHAKE, columns="f_volume f_volume[1]", state="plastic_work plastic_strain volume_strain omega damage"),
     "volume": Feature("f_energy[12] f_volume[3]", more="fix volume all evp/volume 2000 300\n", columns="f_volume f_volume[1] f_volume[2] f_volume[3]"),
     "bodies by molecule": Feature("f_bonds[2] f_bonds[3]", record="zone 1.4 within molecule", molecules=True),
-    "bodies that flow": Feature("f_energy[9] f_bonds[3]", "contact repulsive plasticity isotropic", words(FLOW) + failing_at(0.3), "zone 1.4 within type", stir=SHAKE),
+    "bodies that flow": Feature("f_energy[9] f_bonds[3] f_volume", "contact repulsive plasticity isotropic", words(FLOW) + failing_at(0.3), "zone 1.4 within type",
+                                "fix volume all evp/volume 500 across yes\n", stir=SHAKE, columns="f_volume f_volume[1]"),
     "scaled row": Feature("f_volume f_energy[6]", row=words(DAMPED) + SCALED, more="fix volume all evp/volume row\n", columns="f_volume"),
     "remap v": Feature("f_energy[13] f_energy[9] Xy", "contact repulsive plasticity isotropic", words(DAMPED),
                        "zone 1.4", "fix volume all evp/volume 500\nfix box all deform 1 xy erate 500 remap v\n", "fix move all nve/evp tol 1e-13\n",
@@ -178,7 +179,7 @@ def test_same_on_every_way(tmp_path, name):
         else:
             assert_same(run, ends, "2 ranks")
     (folder / f"in_run.{HALF}").rename(folder / "in_run.restart")
-    most = name == "flow, contacts, failure, volume"  # keeps most, and takes all ways; the others take every second one
+    most = name == "flow, contacts, failure, volume"  # stores most values, and takes all ways; the others take every second one
     for ranks in ROUTES if most else (1, 4):
         decks = {choice: way(feature, *choice) for choice in (ROUTES[ranks] if most else ROUTES[ranks][::2])}
         for choice, run in run_decks(decks, ranks, folder, f"on{ranks}.").items():

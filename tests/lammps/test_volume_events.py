@@ -13,7 +13,8 @@ VOLUME = "fix volume all evp/volume 500\n"
 # to and fro, so that pairs come, join and part within some hundred steps
 SHAKE = velocities("200*(x-0.04)+70*sin(5.1*id)", "70*cos(7.3*id)", "-200*(z-0.02)+70*sin(2.7*id)")
 COLUMNS = thermo("pe f_volume f_volume[3] f_bonds[5] f_bonds[6]") + "thermo 1\n"
-SCENES = {"two bodies that join": ("join 1.2 all plasticity isotropic", "fix bonds all evp/bonds within type", None, ""),
+TWO = "join 1.2 all plasticity isotropic", "fix bonds all evp/bonds within type", None, ""
+SCENES = {"two bodies that join": TWO, "two bodies that join, across": TWO,
           "surfaces of one that join": ("join 1.2 plasticity isotropic", "fix bonds all evp/bonds zone 1.1", None, ""),
           "a crack that joins": ("join 1.2 plasticity isotropic", "fix bonds all evp/bonds zone 1.1", 0.02, ""),
           "torn open": ("repulsive plasticity isotropic", "fix bonds all evp/bonds zone 1.1", None, "4000*(x-0.02)")}
@@ -24,10 +25,11 @@ def test_a_run_is_the_same_cut_in_two(lmp, tmp_path, scene, ranks, newton):
     """In a step in which bonds begin or end: the set-up after it finds the same forces, strains and energies as that step, and the run goes on to the same end,
     also from a restart file and from a bond file's. gamma is 0."""
     contact, bonds, fails, pull = SCENES[scene]
+    volume = VOLUME.replace("500", "500 across yes" if "across" in scene else "500")
     body = lattice_body((4, 3, 3))
     write_body(tmp_path / "body.data", body)
     steps = 150
-    style = pair(FLOWS, contact, bonds, failing_at(fails)) + VOLUME
+    style = pair(FLOWS, contact, bonds, failing_at(fails)) + volume
     move = "fix move all nve\ntimestep 4e-7\n" + COLUMNS
     start = head(newton, "s s s", skin=0.002) + style + SHAKE + (velocities(f"vx+{pull}", "vy", "vz") if pull else "")
     frames = dump("{}.dump", 1, "x y z fx fy fz f_volume")
@@ -39,7 +41,7 @@ def test_a_run_is_the_same_cut_in_two(lmp, tmp_path, scene, ranks, newton):
     for cut in cuts:
         text = start + move + f"run {cut}\nwrite_restart cut.restart\n" + frames.format("after") + f"run {steps - cut}\n"
         going = lmp(text, ranks).ok()
-        again = lmp(head(newton, start="read_restart cut.restart", skin=0.002) + bonds + "\n" + VOLUME + move + frames.format("again")
+        again = lmp(head(newton, start="read_restart cut.restart", skin=0.002) + bonds + "\n" + volume + move + frames.format("again")
                     + f"run {steps - cut}\n", ranks=3 - min(ranks, 2)).ok()
         for run, name in ((going, "after.dump"), (again, "again.dump")):
             others = run.dump(name)

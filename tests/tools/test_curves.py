@@ -116,6 +116,8 @@ def test_a_curve_to_rupture_tells_its_largest_stress(tmp_path):
     fallen = curve._replace(virial=np.where(curve.strain > 0.0151, 0.0, curve.virial))
     shown = command("numbers", inputs.curve_file(tmp_path / "a.csv", fallen))
     assert f"a.csv: largest stress {1e-6 * (E * BEND + H * (0.0151 - BEND)):.5g} MPa at strain 0.0151, a tenth of it is left at strain {curve.strain[curve.strain > 0.0151][0]:.4g}" in shown.stdout
+    softer = curve._replace(virial=np.where(curve.strain > 0.0151, 0.8, 1.0) * curve.virial)
+    assert re.search(r"a.csv: largest stress .* MPa at strain 0.0151, \S+ MPa at the end", command("numbers", inputs.curve_file(tmp_path / "a.csv", softer)).stdout)
     assert "largest" not in command("numbers", inputs.curve_file(tmp_path / "b.csv", curve)).stdout
 
 

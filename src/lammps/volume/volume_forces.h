@@ -139,12 +139,12 @@ class VolumeForces final : public Effect, protected Pointers {
     PULLING,
     PUSHING,
     CEASED
-  };    // PUSHING with plasticity, or across bodies; the last with plasticity: to pull in this step
+  };    // PUSHING: with plasticity, or across bodies. CEASED: with plasticity, the share that ceases to pull in this step
   struct Columns {
+    bool some_push = false;
     /// After the densities, where bonds can break: shares of bonds that end in this step. to_new: the pair counts as a new one
     /// from then on. gone: it pushes at most from then on, as its atoms are in two bodies. to_new_of_older: to_new, for the older
     /// atom of a bond with one that came later.
-    bool some_push = false;
     int to_new = PUSHING, gone = 0, to_new_of_older = 0, n = PUSHING;
 
     Columns() = default;
