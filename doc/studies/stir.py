@@ -174,7 +174,7 @@ def page(found, strength):
     near = seam.near(0.0015) / TMELT
     measures = {name: found[name].wake_measures() for name in ("seam", "sticks")}
     largest_heat = max(abs(float(re.search(r"heat imbalance (\S+) of", run.text)[1])) for run in found.values())
-    balance = {name: abs(run.curve["energy_imbalance"][-1] / run.curve["plastic_work"][-1]) for name, run in found.items() if run.curve["plastic_work"][-1] > 0.0}
+    balance = {name: abs(run.curve["energy_imbalance"][-1] / run.curve["plastic_work"][-1]) for name, run in found.items() if len(run.curve["plastic_work"])}  # without turns there is no row
     cold_torque = -found["cold_alone"].between("torque_pin", 0.1, 0.3)
     peak = np.convolve(seam.torque, np.full(5, 0.2), "valid").max()
     torque = {name: -found[name].last("torque_pin") for name in ("short", "seed", "slow", "cold")}
