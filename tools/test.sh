@@ -6,7 +6,7 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 # shellcheck source=tools/env.sh
 source "$here/env.sh"
 if [[ " $* " == *" --help "* || " $* " == *" -h "* ]]; then
-  printf '%s\n' "usage: tools/test.sh [OPTION...]" "" "Set-up, then every test: unit tests, LAMMPS' pair tester, tests with LAMMPS and of the tools (less than 10 minutes on" \
+  printf '%s\n' "usage: tools/test.sh [OPTION...]" "" "Set-up, then every test: unit tests, LAMMPS' pair tester, tests with LAMMPS and of the tools (about 10 minutes on" \
     "two cores). A skipped test is a failure. The options are those of tools/setup.sh:" ""
   "$here/setup.sh" --help
   exit 0
