@@ -132,7 +132,7 @@ WORDS = {
     FIX + "\nfix volume all evp/volume {}": ("fix", [
         ("", "Fix volume evp/volume: expected one KV, or one for each of the 1 atom types, got 0"), ("1 2", "expected one KV, or one for each of the 1 atom types, got 2"),
         ("-1", "KV must lie between 0 and 1e100 (an energy per atom), got -1"), ("1e200", "KV must lie between 0 and 1e100"), ("rows", f"KV {NUMBER} 'rows'"),
-        ("row 3", "or the word row"), ("10 cavitation 0", "cavitation must be a volume strain above 0, or none"),
+        ("row 3", "or the word row"), ("10 cavitation 0", "cavitation must be a volume strain above 0, or none"), ("10 across maybe", "across must be yes or no"),
         ("10\nfix more all evp/volume 20", "Fix more evp/volume: fix volume is of this style too, but only one is allowed"),
         ("10\nfix e all evp/energy\nfix more all evp/energy", "Fix more evp/energy: fix e is of this style too, but only one is allowed")]),
     "fix_modify bonds {}": ("then", [

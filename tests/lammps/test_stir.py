@@ -66,5 +66,7 @@ def test_a_seam_that_was_never_stirred(tmp_path, plate):
         for name, found in (("seam", strength), ("seam_uncut", whole)):
             stress = read_csv(tmp_path / f"{name}.csv")["stress"]
             assert max(stress[max(1, k - 4):k + 1].mean() for k in range(1, len(stress))) == pytest.approx(1e6 * float(found), rel=1e-4)
+    wrong = run_lammps("in.stir", 1, {"specimen": plate, "seam": "yes"}, tmp_path)
+    assert wrong.returncode == 1 and "seam must be no, all, or all exposure Y0 pressure S0" in wrong.stdout
     refused = run_lammps("in.seam", 1, {"stirred": "stir"}, tmp_path)
     assert refused.returncode == 1 and "it has not passed a strip" in refused.stdout
