@@ -77,6 +77,22 @@ def test_a_failure_stops_the_other_runs(lmp, tmp_path):
     assert [job.process.poll() for job in running] == [1, -signal.SIGTERM]
 
 
+def test_an_interrupt_while_a_run_starts_ends_it(lmp, tmp_path, monkeypatch):
+    """It comes when the process is there and the tool does not have it yet."""
+
+    class Interrupted(run.subprocess.Popen):
+        def __init__(self, *words, **options):
+            super().__init__(*words, **options)
+            signal.raise_signal(signal.SIGINT)
+
+    lmp("time.sleep(60)")
+    monkeypatch.setattr(run.subprocess, "Popen", Interrupted)
+    running = jobs(tmp_path, 1)
+    with pytest.raises(KeyboardInterrupt):
+        run.run_jobs(running, 1)
+    assert running[0].process.returncode == -signal.SIGTERM
+
+
 MEETING = """import os, pathlib
 here = pathlib.Path(__file__).parent
 count = lambda what: len(list(here.glob(what + "_*")))

@@ -5,11 +5,13 @@ EVP_LMP      the lmp to run (default: build/lmp of this checkout)
 EVP_MPIRUN   mpirun with its flags (default: mpirun -np); a run on one rank does without
 """
 
+import contextlib
 import os
 import pathlib
 import re
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -151,6 +153,23 @@ def last_strain(path):
         return 0.0
 
 
+@contextlib.contextmanager
+def _interrupted_later():
+    """An interrupt that comes in the block takes effect at its end: a process that starts is then known to whom must end it."""
+    came = []
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: handler for number, handler in before.items() if callable(handler)}  # what is ignored stays so
+    for number in before:
+        signal.signal(number, lambda number, _: came.append(number))
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    for number in came:
+        signal.raise_signal(number)
+
+
 def run_jobs(jobs: List[Job], cores=None, title="LAMMPS"):
     """Run all jobs, in their order, as many at once as the cores allow.
 
@@ -166,8 +185,9 @@ def run_jobs(jobs: List[Job], cores=None, title="LAMMPS"):
                     free = cores - sum(other.ranks for other in running)
                     if job.ranks <= free or not running:
                         waiting.remove(job)
-                        job.start()
-                        running.append(job)
+                        with _interrupted_later():
+                            job.start()
+                            running.append(job)
                 time.sleep(_POLL)
                 for job in [job for job in running if job.process.poll() is not None]:
                     job.check()
