@@ -93,6 +93,15 @@ def test_a_run_that_was_killed_has_the_rows_of_the_whole_run(tmp_path, bodies, d
         assert len(steps[0]) == len(steps[1]) > 10 and (steps[0] == steps[1] or deck == "in.quasistatic"), "a minimization may take other iterations"
 
 
+def test_a_run_that_has_ended_goes_on_to_a_larger_strain(tmp_path, body):
+    """As one run would, where the strain of the first is no whole number of rows too: those keep their distance."""
+    choices = {"specimen": body, "coeff": ROW, "plasticity": "isotropic", "rate": -100, "row": 0.0003}
+    run_lammps("in.traction", 1, {**choices, "strain": 0.01, "out": "part"}, tmp_path).ok()
+    run_lammps("in.traction", 1, {**choices, "strain": 0.0135, "out": "part", "resume": "yes"}, tmp_path).ok()
+    run_lammps("in.traction", 1, {**choices, "strain": 0.01 / 34 * 46, "row": 0.01 / 34, "out": "whole"}, tmp_path).ok()
+    assert_same_rows(tmp_path / "part.csv", tmp_path / "whole.csv", 2e-9)
+
+
 def test_nothing_to_resume(tmp_path, body):
     """One error, before anything is written: nothing saved, another script, choice or row, a value that is none; a CSV file of another run."""
     choices = {"specimen": body, "rate": 400, "strain": 0.005, "out": "pull"}
@@ -107,10 +116,10 @@ def test_nothing_to_resume(tmp_path, body):
     run_lammps("in.traction", 1, choices, tmp_path).ok()
     rows = (tmp_path / "pull.csv").read_bytes()
     refused("-var resume must be yes or no, got 'Yes'", resume="Yes")
-    for others in ({"strain": 0.0050}, {"strain": 0.006}, {"coeff": ROW}, {"contact": "join 1.3"}, {"specimen": "other.data"}):
-        name = next(iter(others))
-        if others != {"strain": 0.005}:
-            refused(f"ERROR: in.traction: pull.resume is of a run with another '{name}': give the choices of that run", **others)
+    for name, value in (("row", 0.0002), ("coeff", ROW), ("contact", "join 1.3"), ("specimen", "other.data")):
+        refused(f"ERROR: in.traction: pull.resume is of a run with another '{name}': give the choices of that run", **{name: value})
+    for strain in (0.004, -0.006):
+        refused(f"ERROR: -var strain must be beyond 0.0048, where the run goes on, got {strain}", strain=strain)
     refused("ERROR: in.cyclic: pull.resume is of another input script", "in.cyclic")
     assert (tmp_path / "pull.csv").read_bytes() == rows
     run_lammps("in.traction", 1, again, tmp_path).ok()
