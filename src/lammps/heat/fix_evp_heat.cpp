@@ -2,7 +2,6 @@
 
 #include "lammps/heat/fix_evp_heat.h"
 
-#include "core/timestep/stiffness_matrix.h"
 #include "lammps/base/collective.h"
 #include "lammps/base/restart_file.h"
 #include "lammps/base/scene.h"
@@ -11,10 +10,8 @@
 #include "lammps/heat/expansion.h"
 
 #include "comm.h"
-#include "fix_neigh_history.h"
 #include "neigh_list.h"
 #include "neighbor.h"
-#include "pair.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,10 +22,10 @@ using namespace EVP;
 
 static constexpr double RESTART_FORMAT = 2012;    // first word of our section in restart files
 static constexpr double RATE_STEPS = 100.0;       // over which strain rates are smoothed
-static constexpr int MOST_UNSEEN = 50;            // times that heat is handed out near the limit
 
 // fix ID group evp/heat [every 100] [taylor 0.9]
-FixEVPHeat::FixEVPHeat(LAMMPS *lmp, int narg, char **arg) : WithPerAtomComm(lmp, narg, arg)
+FixEVPHeat::FixEVPHeat(LAMMPS *lmp, int narg, char **arg) :
+    WithPerAtomComm(lmp, narg, arg), friction(lmp, *this), conduction(lmp, *this)
 {
   for_each_keyword(error, who, narg - 3, arg + 3, {"every", "taylor"}, " and ",
                    [this](const Keyword &word) {
@@ -44,8 +41,8 @@ FixEVPHeat::FixEVPHeat(LAMMPS *lmp, int narg, char **arg) : WithPerAtomComm(lmp,
                      }
                    });
   scene::demand_only_one(modify, error, this, who);
-  comm_forward = moving.width();    // no others are wider
-  comm_reverse = 2;                 // see warm_new_atoms()
+  comm_forward = GranularFriction::WIDTH;    // no others are wider
+  comm_reverse = 2;                          // see warm_new_atoms()
   dynamic_group_allow = 0;
   restart_global = 1;
   nevery = 1;
@@ -98,8 +95,9 @@ void FixEVPHeat::init()
     if (utils::strmatch(other->style, "^heat/flow")) others_groupbits |= other->groupbit;
   check_atoms(*bonds->records());
   bonds->keep_values();
-  find_granular_styles();
-  damping_time = bound_seen = 0.0;
+  friction.find_styles();
+  conduction.begin_run();
+  damping_time = 0.0;
   stepping = false;
   is_packed = false;    // a run brings home what it has added; ghosts may be others since
   generated.clear();
@@ -177,17 +175,18 @@ void FixEVPHeat::setup(int /*vflag*/)
 {
   for (int i = 0; i < atom->nlocal; i++) through[i] = records[i].out;
   if (update->whichflag != 1) return;
-  find_friction();
-  find_powers();
-  find_links(pair_data->packed_pairs());
+  friction.find_forces();
+  friction.find_powers();
+  conduction.find_links(pair_data->packed_pairs(), rows, groupbit);
   const double step = every * update->dt;
-  const bool is_near = step * eigenvalue_bound() > 2.0, is_first = !std::exchange(limit_told, true);
-  if (is_near || is_first) find_limit();
+  const bool is_near = step * conduction.eigenvalue_bound() > 2.0,
+             is_first = !std::exchange(limit_told, true);
+  if (is_near || is_first) conduction.find_limit();
   if (is_first && comm->me == 0)
     utils::logmesg(lmp,
                    "fix evp/heat {}: largest stable thermal step {:.6g}, every {} steps of {:.6g}: "
                    "{:.6g}\n",
-                   id, limit, every, update->dt, step);
+                   id, conduction.limit(), every, update->dt, step);
   if (is_near && scene::makes_steps(lmp)) check_step(step);
 }
 
@@ -213,7 +212,7 @@ void FixEVPHeat::end_of_step()
 {
   damping_time = 0.0;
   if (!std::exchange(stepping, false)) return;
-  find_powers();
+  friction.find_powers();
   add_friction();
   const int nlocal = atom->nlocal;
   double *const heatflow = atom->heatflow;
@@ -232,77 +231,10 @@ void FixEVPHeat::end_of_step()
   }
 }
 
-// Of granular styles the heat of their tangential forces is known where single() tells of these
-void FixEVPHeat::find_granular_styles()
-{
-  granular.clear();
-  friction_pairs.clear();
-  for (int n = 1; Pair *const pair = force->pair_match("^gran", 0, n); n++) {
-    if (!granular.empty() && pair == granular.back().pair) break;    // the only one, whatever n
-    if (!pair->single_enable || pair->single_extra < 4) continue;
-    granular.push_back({pair, nullptr, utils::strmatch(force->pair_match_ptr(pair), "^granular")});
-    for (Fix *const fix : modify->get_fix_list())
-      if (auto *const memory = dynamic_cast<FixNeighHistory *>(fix); memory && memory->pair == pair)
-        granular.back().memory = memory;
-  }
-}
-
-// The tangential forces that act, by single() at the velocities that they were found at. It moves what a pair that slips
-// remembers once more: that is put back
-void FixEVPHeat::find_friction()
-{
-  friction_pairs.clear();
-  const int *const type = atom->type;
-  for (const auto &[pair, memory, shortens_arms] : granular) {
-    const NeighList *const neighbors = pair->list;
-    const int width = memory ? memory->get_dnum() : 0;
-    for (int ii = 0; ii < neighbors->inum; ii++) {
-      const int i = neighbors->ilist[ii];
-      for (int jj = 0; jj < neighbors->numneigh[i]; jj++) {
-        const int j = neighbors->firstneigh[i][jj] & NEIGHMASK;
-        const double weight = force->special_lj[neighbors->firstneigh[i][jj] >> SBBITS & 3];
-        const PairGeometry g(scene::rows(atom->x), i, j);
-        if (!(g.dsq < pair->cutsq[type[i]][type[j]]) || weight == 0.0) continue;
-        double *const values = memory ? memory->firstvalue[i] + (size_t) width * jj : nullptr;
-        remembered.assign(values, values + width);
-        double normal;
-        pair->single(i, j, type[i], type[j], g.dsq, 1.0, 1.0, normal);
-        std::copy(remembered.begin(), remembered.end(), values);
-        if (pair->svector[3] == 0.0) continue;
-        const double d = std::sqrt(g.dsq), radius_i = atom->radius[i], radius_j = atom->radius[j];
-        const double shorter = shortens_arms ? 0.5 * (radius_i + radius_j - d) : 0.0;
-        friction_pairs.push_back({i, j, Vector(pair->svector) * weight, g * (1.0 / d),
-                                  radius_i - shorter, radius_j - shorter, 0.0});
-      }
-    }
-  }
-}
-
-// Collective. What these forces take, by the velocities of a whole step, which ghosts do not have
-void FixEVPHeat::find_powers()
-{
-  if (granular.empty()) return;
-  const int nlocal = atom->nlocal;
-  moving.resize(nlocal + atom->nghost);
-  for (int i = 0; i < nlocal; i++) {
-    std::copy_n(atom->v[i], 3, moving[i]);
-    std::copy_n(atom->omega[i], 3, moving[i] + 3);
-  }
-  forward_comm_velocities(moving);
-  for (FrictionPair &pair : friction_pairs) {
-    const double *const of_i = moving[pair.i], *const of_j = moving[pair.j];
-    const Vector spin = Vector(of_i + 3) * pair.arm_i + Vector(of_j + 3) * pair.arm_j,
-                 n = pair.along;
-    const Vector turning(spin.y * n.z - spin.z * n.y, spin.z * n.x - spin.x * n.z,
-                         spin.x * n.y - spin.y * n.x);
-    pair.power = -dot(pair.force, Vector(of_i) - Vector(of_j) - turning);
-  }
-}
-
-// What they take in half a step: that which they end, or begin
+// What friction takes in half a step: that which its forces end, or begin
 void FixEVPHeat::add_friction()
 {
-  for (const FrictionPair &pair : friction_pairs)
+  for (const GranularFriction::Contact &pair : friction.contacts())
     add_heat(pair.i, pair.j, pair.j < atom->nlocal || force->newton_pair,
              0.5 * step_time * pair.power);
 }
@@ -530,95 +462,9 @@ bool FixEVPHeat::was_changed() const
   return is_old;
 }
 
-// Collective. The bonds that conduct at the present positions, and the temperatures of ghosts
-void FixEVPHeat::find_links(const PairLists &lists)
-{
-  const int nall = lists.nall, *const type = atom->type;
-  AtomValues bonds(1, nall);    // of each
-  for (const PackedRow &row : lists.bonds.rows)
-    for (int k = row.first; k < row.last; k++) {
-      bonds[row.i][0] += 1.0;
-      if (lists.bonds.j[k] < lists.nreact) bonds[lists.bonds.j[k]][0] += 1.0;
-    }
-  reverse_comm(bonds);
-  shared.assign(nall, 0.0);
-  inverse_capacity.assign(nall, 0.0);
-  for (int i = 0; i < nall; i++) {
-    const Row &row = rows[type[i]];
-    const double mass = scene::mass(atom, i);
-    if (is_free(i)) inverse_capacity[i] = 1.0 / (mass * row.capacity);
-    if (i >= lists.nlocal) continue;
-    if (row.conductivity > 0.0)
-      shared[i][0] = conducting_share(domain->dimension, mass / row.density, bonds[i][0]);
-    shared[i][1] = atom->temperature[i];
-  }
-  forward_comm(shared);
-  links.clear();
-  for_each_pair(lists.bonds, scene::rows(atom->x), [&](const PlacedPair &p) {
-    const double by =
-        conductance(rows[type[p.i]].conductivity, rows[type[p.j]].conductivity, shared[p.i][0],
-                    shared[p.j][0], p.g.dsq, atom->radius[p.i] + atom->radius[p.j]);
-    if (by > 0.0 && !p.is_past_cutoff()) links.push_back({p.i, p.j, by});
-  });
-}
-
-// Collective. flow: of each atom the sum over its bonds of conductance times difference(i, j)
-template <class F> void FixEVPHeat::sum_flows(F &&difference)
-{
-  const int nreact = pair_data->packed_pairs().nreact;
-  flow.assign(inverse_capacity.size(), 0.0);
-  for (const Link &link : links) {
-    flow[link.i][0] += link.conductance * difference(link.i, link.j);
-    if (link.j < nreact) flow[link.j][0] += link.conductance * difference(link.j, link.i);
-  }
-  reverse_comm(flow);
-}
-
-// Collective. No eigenvalue of C^-1 G is larger: the largest sum of absolute values in a row of W B^T C^-1 B, which has the
-// same, B being the bonds by atoms and W their conductances
-double FixEVPHeat::eigenvalue_bound()
-{
-  AtomValues sums(1, inverse_capacity.size());
-  sum_flows([](int, int) {
-    return 1.0;
-  });
-  for (int i = 0; i < atom->nlocal; i++) sums[i][0] = flow[i][0] * inverse_capacity[i];
-  forward_comm(sums);
-  double most = 0.0;
-  for (const Link &link : links) most = std::max(most, sums[link.i][0] + sums[link.j][0]);
-  return reduce_all(most, MPI_MAX, world);
-}
-
-// Collective. 2/lambda_max of C^-1/2 G C^-1/2, of the links found last
-void FixEVPHeat::find_limit()
-{
-  constexpr double TOLERANCE = 1e-8;
-  constexpr int MOST = 1000;
-  const int nlocal = atom->nlocal;
-  std::vector<double> start(nlocal, 0.0);
-  AtomValues over_root(1, inverse_capacity.size());
-  for (int i = 0; i < nlocal; i++)    // any start will do, the same on every number of MPI ranks
-    if (inverse_capacity[i] > 0.0) start[i] = std::sin((double) atom->tag[i]);
-  const auto apply = [&](const std::vector<double> &in, std::vector<double> &out) {
-    for (int i = 0; i < nlocal; i++) over_root[i][0] = in[i] * std::sqrt(inverse_capacity[i]);
-    forward_comm(over_root);
-    sum_flows([&](int i, int j) {
-      return over_root[i][0] - over_root[j][0];
-    });
-    for (int i = 0; i < nlocal; i++) out[i] = flow[i][0] * std::sqrt(inverse_capacity[i]);
-  };
-  const auto dot = [this](const std::vector<double> &a, const std::vector<double> &b) {
-    double here = 0.0;
-    for (size_t k = 0; k < a.size(); k++) here += a[k] * b[k];
-    return sum(here);
-  };
-  const double highest = largest_eigenvalue(start, apply, dot, TOLERANCE, MOST).eigenvalue;
-  limit = highest > 0.0 ? 2.0 / highest : HUGE_VAL;
-  limit_step = update->ntimestep;
-}
-
 void FixEVPHeat::check_step(double step)
 {
+  const double limit = conduction.limit();
   if (!(step > limit)) return;
   const double most = std::floor(every * limit / step);
   error->all(FLERR,
@@ -639,19 +485,9 @@ void FixEVPHeat::conduct()
 {
   const double time = std::exchange(elapsed, 0.0);
   collect_heat();
-  find_links(pair_data->lists());
-  if (const double bound = eigenvalue_bound(); time * bound > 2.0) {    // mostly it is far below
-    // another eigenvalue may grow beneath the bound of the largest one
-    if (bound > bound_seen || ++unseen >= MOST_UNSEEN) {
-      bound_seen = std::max(bound, bound_seen);
-      unseen = 0;
-      find_limit();
-    }
-    check_step(time);
-  }
-  sum_flows([this](int i, int j) {
-    return shared[j][1] - shared[i][1];
-  });
+  conduction.find_links(pair_data->lists(), rows, groupbit);
+  if (conduction.is_near_limit(time)) check_step(time);
+  const AtomValues &flow = conduction.find_flows();
   for (int i = 0; i < atom->nlocal; i++) {
     const double energy = time * flow[i][0] + std::exchange(records[i].waiting, 0.0);
     if (!is_free(i)) {
@@ -702,12 +538,12 @@ double FixEVPHeat::compute_vector(int n)
 {
   if (n < NACCOUNTS) return all_accounts()[n];
   if (n > NACCOUNTS) {
-    if (limit_step != update->ntimestep && update->whichflag == 1 &&
+    if (!conduction.has_limit_of_now() && update->whichflag == 1 &&
         on_all(pair_data->is_packed(), world)) {
-      find_links(pair_data->packed_pairs());
-      find_limit();
+      conduction.find_links(pair_data->packed_pairs(), rows, groupbit);
+      conduction.find_limit();
     }
-    return limit;
+    return conduction.limit();
   }
   double highest = 0.0;
   for (int i = 0; i < atom->nlocal; i++)
@@ -717,8 +553,7 @@ double FixEVPHeat::compute_vector(int n)
 
 double FixEVPHeat::memory_usage()
 {
-  return bytes_of(links, shared, flow, inverse_capacity, through, came, generated, friction_pairs,
-                  moving);
+  return bytes_of(through, came, generated) + conduction.memory_usage() + friction.memory_usage();
 }
 
 void FixEVPHeat::write_restart(FILE *fp)

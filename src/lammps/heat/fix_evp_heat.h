@@ -6,6 +6,8 @@
 #include "core/heat/heat_record.h"
 #include "lammps/base/per_atom.h"
 #include "lammps/base/scene.h"
+#include "lammps/heat/conduction.h"
+#include "lammps/heat/granular_friction.h"
 #include "lammps/pairs/effect.h"
 #include "lammps/pairs/pair_data.h"
 
@@ -35,7 +37,7 @@ class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::EffectOfFix {
   void setup(int) override;
   void initial_integrate(int) override;
   void pre_force(int) override;
-  void post_force(int) override { find_friction(); }
+  void post_force(int) override { friction.find_forces(); }
   void end_of_step() override;
 
   // f_ID: imbalance of the account. f_ID[1..7], heat since the start: of work, of others' heatflow, out at atoms that hold
@@ -115,27 +117,6 @@ class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::EffectOfFix {
       &EVP::Row::expansion,    &EVP::Row::expansion_tref};
   enum Account { OF_WORK, OF_OTHERS, OUT, WAITING, STORED, NACCOUNTS };
 
-  /// A pair style that tells of its friction, and where it keeps what its pairs remember: nullptr where they do not.
-  struct Granular {
-    class Pair *pair;
-    class FixNeighHistory *memory;
-    bool shortens_arms;    // is the point of contact within the overlap?
-  };
-
-  /// Two spheres that rub: the tangential force on i, where it acts, what it takes.
-  struct FrictionPair {
-    int i, j;
-    EVP::Vector force, along;
-    double arm_i, arm_j;
-    double power;    // at the velocities at the end of the step [energy/time]
-  };
-
-  /// A bond that conducts.
-  struct Link {
-    int i, j;
-    double conductance;
-  };
-
   int every = 100;
   double of_plastic = 0.9;    // share of plastic work that is heat (Taylor and Quinney)
   EVP::PairData *pair_data = nullptr;
@@ -144,11 +125,8 @@ class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::EffectOfFix {
   bool has_records = false;    // kept in a run before, or in the restart file
   bool begun = false;          // softening follows temperatures
   bool expands = false;        // the row of any type has an expansion
-  std::vector<Granular> granular;
-  std::vector<FrictionPair> friction_pairs;    // by the forces of now
-  // of a pair; velocities and rates of rotation of atoms and ghosts
-  std::vector<double> remembered;
-  EVP::AtomValues moving{6};
+  EVP::GranularFriction friction;
+  EVP::Conduction conduction;
   bool others_pairs = false;    // may a pair style add to heatflow, of ghosts too?
   int others_groupbits = 0;     // of fixes heat/flow
 
@@ -164,14 +142,6 @@ class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::EffectOfFix {
   std::array<double, NACCOUNTS> account{};    // of this MPI rank, but WAITING [energy]
   bool is_packed = false;                     // generated is there
 
-  std::vector<Link> links;
-  // conducting share and temperature; what flows to each [energy/time]; 0 where the temperature is held
-  EVP::AtomValues shared{2}, flow{1};
-  std::vector<double> inverse_capacity;
-  double limit = 0.0;             // largest stable thermal step [time]
-  double bound_seen = 0.0;        // bound of the eigenvalue that it was found at, in this run
-  int unseen = 0;                 // times that heat was handed out near the limit since
-  bigint limit_step = -1;         // step that it was found at
   std::vector<double> through;    // of the records, what went out at each atom: for f_ID
   std::vector<char> came;         // own atoms that have just been recorded; empty without
   bool limit_told = false;
@@ -195,15 +165,8 @@ class FixEVPHeat : public EVP::WithPerAtomComm<Fix>, public EVP::EffectOfFix {
   void collect_heat();
   void conduct();
   void warm_new_atoms(const EVP::PairLists &);
-  void find_granular_styles();
-  void find_friction();
-  void find_powers();
   void add_friction();
   void report_unlike_types();
-  void find_links(const EVP::PairLists &);
-  template <class F> void sum_flows(F &&difference);
-  double eigenvalue_bound();
-  void find_limit();
   void check_step(double step);
   std::array<double, NACCOUNTS> all_accounts();
 };

@@ -11,6 +11,7 @@
 #include "lammps/base/scene.h"
 #include "lammps/pairs/effect.h"
 #include "lammps/pairs/pair_data.h"
+#include "lammps/volume/volume_references.h"
 
 #include "atom.h"
 
@@ -120,12 +121,12 @@ class VolumeForces final : public Effect, protected Pointers {
 
  private:
   const Fix *const fix;
-  const std::string who;
   const bool from_rows;
   std::vector<double> kv;
   std::vector<TakenOver> taken;    // by atom type, from 1
   PerAtomComm &exchange;
   PairData *pairs = nullptr;    // of the run, as long as its lists hold
+  VolumeReferences references;
   SphereRecords<VolumeRecord> records;
   size_t inv_dlim = 0;                           // column of the bonds [1/length]
   VolumePasses::Forces on_bonds{nullptr, {}};    // as of the last evaluation
@@ -173,7 +174,6 @@ class VolumeForces final : public Effect, protected Pointers {
                                         Others{PUSHING, BOTH}, Others{BONDED, VolumePasses::ROW},
                                         Others{BONDED, VolumePasses::PARTNER}};
 
-  bigint partners = -1;    // sum over the atoms with bonds, which tells whether they are the same
   Columns columns;
   // of all atoms and ghosts; batches: the batch of each, then its openness at the packing
   AtomValues densities{columns.n}, pulls{2}, batches{2};
@@ -258,24 +258,14 @@ class VolumeForces final : public Effect, protected Pointers {
   bool are_one_body(int i, int j) const { return !in_different_bodies(atom, store().within, i, j); }
   // once it has no bond, which remains when types or molecule IDs change
   bool counts(int i, int j) const { return across || are_one_body(i, j); }
-  // pairs that no zone recorded count as little as the bonds that are not there
-  double reach(double alpha) const
-  {
-    return store().zone > 0.0 ? std::min(store().zone, alpha) : alpha;
-  }
   BondStore &store() const { return pairs->store(); }
   double dlim(int i, int j) const;
   template <class F> void for_each_pair(F &&f) const;
   void note_bonds_at_rest();
   std::optional<VolumeReference> find_change(int i);
   void find_beside_open();
-  std::vector<char> set_references(const std::vector<NeighborDensity> &rest, bool takes,
-                                   const std::vector<double> &to_be);
-  void set_gaps(const std::vector<char> &is_known);
   void fill_gaps(const std::vector<char> &taken);
-  static void lose_partners(VolumeRecord &, const NeighborDensity &left);
   void add_leaving(const std::vector<int> &ended);
-  std::vector<NeighborDensity> at_rest(const std::vector<double> &to_be) const;
   Others &of_later(int i, int j)
   {
     return others[batch(i) > batch(j) ? OF_LATER_ROW : OF_LATER_PARTNER];
@@ -283,11 +273,6 @@ class VolumeForces final : public Effect, protected Pointers {
   Others &unbonded(int i, int j) { return others[are_one_body(i, j) ? UNBONDED : OF_TWO_BODIES]; }
   static void add_pair(PairList &, int i, int j, double dlim, Error *);
   static void remove_pair(PairList &, int i, int j);
-  std::vector<double> batches_to_be(bool takes) const;
-  bool is_new(int i) const;
-  bigint sum_of_partners() const;
-  std::vector<double> reaches() const;
-  std::vector<VolumeScene::Exclusion> exclusions() const;
 };
 
 }    // namespace EVP

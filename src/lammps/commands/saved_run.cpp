@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
-#include "lammps/base/saved_run.h"
+#include "lammps/commands/saved_run.h"
 
 #include <filesystem>
 #include <fstream>

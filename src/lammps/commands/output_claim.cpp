@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
-#include "lammps/base/output_claim.h"
+#include "lammps/commands/output_claim.h"
 
 #include <cerrno>
 #include <utility>
