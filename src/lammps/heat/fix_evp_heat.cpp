@@ -10,7 +10,6 @@
 #include "lammps/heat/expansion.h"
 
 #include "comm.h"
-#include "neigh_list.h"
 #include "neighbor.h"
 
 #include <algorithm>
