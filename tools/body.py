@@ -26,7 +26,6 @@ from evp.surface import AXES, UNITS, closed_surface, read_mesh
 USUAL = 1e-4, 10.0  # [m] longest extent of a part: beyond it the unit is asked about
 FILL = 0.57  # about what the spheres fill of a part: for the first guess of their radius
 SPACING = 0.25  # of the points of the surface, over the mean radius: a sphere sinks in by 1 to 2 % of its radius in the mean, 5 % at most
-FIRST = 0.45  # of the time of a packing: until its first line
 ACROSS = 3.0  # spheres at least, side by side in the thinnest section
 TOUCHING = 0.02  # over the mean radius: spheres nearer to the surface than that are held by it
 LOST = 0.2  # a sphere this share of its radius beyond the surface is no part of the body
@@ -78,7 +77,7 @@ def share_done(log):
         found = re.findall(r"^Specimen of \d+ spheres: (\d+) % done", pathlib.Path(log).read_text(encoding="utf-8"), re.M)
     except OSError:
         found = []
-    return FIRST + (1.0 - FIRST) * float(found[-1]) / 100.0 if found else 0.0
+    return 1.0 - (1.0 - float(found[-1]) / 100.0) ** 2 if found else 0.0  # the first steps take longest
 
 
 def pack(surface, spheres, seed, density, out, cores=None):

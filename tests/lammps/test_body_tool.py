@@ -85,7 +85,7 @@ def test_stopped_while_it_packs(tmp_path, end):
     work.mkdir()
     out.write_text("that of before", encoding="utf-8")
     lmp = program(tmp_path / "lmp", f"echo $$ > {work}/running\nexec sleep {SECONDS}")
-    process = subprocess.Popen([sys.executable, REPOSITORY / "tools" / "body.py", PARTS / "plate_with_hole.stl", "--n", "3000", "--out", out], stdin=subprocess.DEVNULL,
+    process = subprocess.Popen([sys.executable, REPOSITORY / "tools" / "body.py", PARTS / "plate_with_hole.stl", "--n", "1000", "--out", out], stdin=subprocess.DEVNULL,
                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env={**os.environ, "EVP_LMP": str(lmp), "TMPDIR": str(work)})
     limit = time.monotonic() + SECONDS
     while not (work / "running").exists() or not (work / "running").read_text(encoding="utf-8").strip():

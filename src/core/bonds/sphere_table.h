@@ -10,8 +10,11 @@
 #include <iterator>
 #include <limits>
 #include <map>
+#include <memory>
 #include <string>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
 namespace EVP {
 
@@ -133,5 +136,44 @@ inline void check_range(const char *name, Range range, double value)
     demand(value >= 0.0 && value <= MOST && value == (double) (long long) value,
            "a whole number, zero or positive");
 }
+
+/// The values of a table, of all atoms.
+struct SphereGroup {
+  std::string columns;               ///< their names, by commas
+  std::vector<SphereValue> lines;    ///< as many as an atom has values
+  unsigned needs = NOTHING_ELSE;
+  bool claimed = false;    ///< by its effect, since the last BondStore::drop_unclaimed()
+  std::vector<double> values = {};
+
+  double *of(int i) { return values.data() + lines.size() * (size_t) i; }
+  const double *of(int i) const { return values.data() + lines.size() * (size_t) i; }
+  void clear(int i, size_t bonds)
+  {
+    for (size_t k = 0; k < lines.size(); k++) of(i)[k] = lines[k].first(bonds);
+  }
+  bool has_changed(int i, size_t bonds) const
+  {
+    for (size_t k = 0; k < lines.size(); k++)
+      if (lines[k].has_changed(of(i)[k], bonds)) return true;
+    return false;
+  }
+};
+
+/// The records of a group. Take it before a loop: it holds as long as the group is kept.
+template <class Record> class SphereRecords {
+ public:
+  SphereRecords() = default;
+  explicit SphereRecords(std::shared_ptr<SphereGroup> group_in) : group(std::move(group_in)) {}
+
+  explicit operator bool() const { return group != nullptr; }
+  Record &operator[](int i) const
+  {
+    constexpr size_t width = sizeof(Record) / sizeof(double);
+    return reinterpret_cast<Record &>(group->values[width * (size_t) i]);
+  }
+
+ private:
+  std::shared_ptr<SphereGroup> group;
+};
 
 }    // namespace EVP

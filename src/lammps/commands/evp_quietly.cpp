@@ -25,7 +25,8 @@ class HiddenScreen {
   HiddenScreen(FILE *&screen_in, Error *error_in) :
       screen(screen_in), shown(screen_in), hidden(shown ? open() : nullptr), error(error_in)
   {
-    if (!hidden) return;    // all is shown
+    if (shown) fflush(shown);    // what was printed before a command that may take long
+    if (!hidden) return;         // all is shown
     setvbuf(hidden, nullptr, _IOLBF, BUFSIZ);
     screen = hidden;
   }
