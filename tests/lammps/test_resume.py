@@ -94,10 +94,10 @@ def test_a_run_that_was_killed_has_the_rows_of_the_whole_run(tmp_path, bodies, d
 
 
 def test_a_run_that_has_ended_goes_on_to_a_larger_strain(tmp_path, body):
-    """As one run would, where the strain of the first is no whole number of rows too: those keep their distance."""
+    """As one run would, where the strain of the first is no whole number of rows too: those keep their distance. A negative rate is compression, by strains of either sign."""
     choices = {"specimen": body, "coeff": ROW, "plasticity": "isotropic", "rate": -100, "row": 0.0003}
     run_lammps("in.traction", 1, {**choices, "strain": 0.01, "out": "part"}, tmp_path).ok()
-    run_lammps("in.traction", 1, {**choices, "strain": 0.0135, "out": "part", "resume": "yes"}, tmp_path).ok()
+    run_lammps("in.traction", 1, {**choices, "strain": -0.0135, "out": "part", "resume": "yes"}, tmp_path).ok()
     run_lammps("in.traction", 1, {**choices, "strain": 0.01 / 34 * 46, "row": 0.01 / 34, "out": "whole"}, tmp_path).ok()
     assert_same_rows(tmp_path / "part.csv", tmp_path / "whole.csv", 2e-9)
 
@@ -118,8 +118,8 @@ def test_nothing_to_resume(tmp_path, body):
     refused("-var resume must be yes or no, got 'Yes'", resume="Yes")
     for name, value in (("row", 0.0002), ("coeff", ROW), ("contact", "join 1.3"), ("specimen", "other.data")):
         refused(f"ERROR: in.traction: pull.resume is of a run with another '{name}': give the choices of that run", **{name: value})
-    for strain in (0.004, -0.006):
-        refused(f"ERROR: -var strain must be beyond 0.0048, where the run goes on, got {strain}", strain=strain)
+    for strain in (0.0049, -0.006):
+        refused(f"ERROR: the run that is resumed goes to a strain of 0.005: give no smaller -var strain, got {strain}", strain=strain)
     refused("ERROR: in.cyclic: pull.resume is of another input script", "in.cyclic")
     assert (tmp_path / "pull.csv").read_bytes() == rows
     run_lammps("in.traction", 1, again, tmp_path).ok()

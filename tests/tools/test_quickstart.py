@@ -93,6 +93,28 @@ def test_an_interrupt_while_a_run_starts_ends_it(lmp, tmp_path, monkeypatch):
     assert running[0].process.returncode == -signal.SIGTERM
 
 
+def test_a_second_interrupt_leaves_no_run_behind(lmp, tmp_path, monkeypatch):
+    """It comes while the first run is waited for, which is slow to end."""
+    lmp("import signal\nsignal.signal(signal.SIGTERM, lambda *_: (time.sleep(0.5), sys.exit(0)))\nprint('runs', flush=True)\ntime.sleep(60)")
+    running = jobs(tmp_path, 2)
+
+    class Waited(run.subprocess.Popen):
+        def wait(self, timeout=None):
+            if self is running[0].process:
+                signal.raise_signal(signal.SIGINT)
+            return super().wait(timeout)
+
+    def interrupt(*_):
+        if all("runs" in job.log.read_text() for job in running if job.process):
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(run.subprocess, "Popen", Waited)
+    monkeypatch.setattr(run.Progress, "show", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        run.run_jobs(running, 2)
+    assert [job.process.returncode for job in running] == [0, 0]
+
+
 MEETING = """import os, pathlib
 here = pathlib.Path(__file__).parent
 count = lambda what: len(list(here.glob(what + "_*")))

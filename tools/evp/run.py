@@ -67,8 +67,7 @@ class Job:
             raise Failed(f"{self.name}: {self.deck} failed (exit {self.process.returncode}): {lammps_error(text)}\n  whole output: {self.log}")
 
     def end(self):
-        """End the process if it runs: it is asked to, and killed where it does not."""
-        self.process.terminate()
+        """Waits until the process, which was terminated, has ended, and kills it where it does not."""
         try:
             self.process.wait(5.0)
         except subprocess.TimeoutExpired:
@@ -155,7 +154,7 @@ def last_strain(path):
 
 @contextlib.contextmanager
 def _interrupted_later():
-    """An interrupt that comes in the block takes effect at its end: a process that starts is then known to whom must end it."""
+    """An interrupt that comes in the block takes effect at its end, so that a process that has just started is known and can be ended; not where the block fails."""
     came = []
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     before = {number: handler for number, handler in before.items() if callable(handler)}  # what is ignored stays so
@@ -197,8 +196,11 @@ def run_jobs(jobs: List[Job], cores=None, title="LAMMPS"):
                     done = sum(job.cost * min(1.0, max(0.0, job.done())) for job in running)
                     progress.show(finished + done, ", ".join(job.name for job in running))
     finally:
-        for job in running:
-            job.end()
+        with _interrupted_later():  # a second interrupt leaves none behind
+            for job in running:
+                job.process.terminate()
+            for job in running:
+                job.end()
 
 
 def format_seconds(seconds):

@@ -20,7 +20,12 @@ _BATCH = 200_000  # points that Open3D looks at in one call
 def open3d_module():
     """Open3D; ends the program with one line where no Python here has it."""
     require("numpy", "scipy", "matplotlib", "open3d", remedy=OPEN3D)
-    import open3d  # it takes seconds
+    try:
+        import open3d  # it takes seconds
+    except ImportError as error:
+        if isinstance(error.__cause__, KeyboardInterrupt):
+            raise KeyboardInterrupt from error
+        raise
     open3d.utility.set_verbosity_level(open3d.utility.VerbosityLevel.Error)
     return open3d
 

@@ -45,7 +45,7 @@ struct VolumeReference {
 struct VolumeRecord {
   VolumeReference reference;    ///< as of when the bonds were first seen, less those that have left
   NeighborDensity at_rest;      ///< of the bonds that have not, at their deq of now
-  /// Counts the times that references were taken, of this one from 1; 0 without. A bond counts for a sphere if its partner
+  /// Counts the times that references were set, of this one from 1; 0 without. A bond counts for a sphere if its partner
   /// was there at that time: one that comes later changes nothing of it.
   double batch = 0.0;
   double strain = 0.0;    ///< by the forces of the last step, with plasticity
@@ -68,9 +68,10 @@ struct VolumeRecord {
 };
 inline const bool has_volume_table = add_table<VolumeRecord>();
 
-/// What the references were taken for. Empty where they have not been taken.
+/// What the references were set for. Empty where they have not been set.
 struct VolumeScene {
-  std::vector<double> reaches;    ///< of pairs of types, i <= j: dlim, or the zone, over R_i + R_j
+  std::vector<double>
+      relative_cutoffs;    ///< of pairs of types, i <= j: dlim, or the zone, over R_i + R_j
   /// Rules by which pairs are kept out of the neighbor list: kind, two numbers and one.
   using Exclusion = std::array<double, 3>;
   std::vector<Exclusion> exclusions = {};    ///< in ascending order
@@ -79,8 +80,8 @@ struct VolumeScene {
 
   std::vector<double> words() const
   {
-    std::vector<double> words = {(double) reaches.size()};
-    words.insert(words.end(), reaches.begin(), reaches.end());
+    std::vector<double> words = {(double) relative_cutoffs.size()};
+    words.insert(words.end(), relative_cutoffs.begin(), relative_cutoffs.end());
     for (const Exclusion &one : exclusions) words.insert(words.end(), one.begin(), one.end());
     return words;
   }

@@ -247,8 +247,8 @@ void EVPChoices::command(int narg, char **arg)
     if (choice.is_output()) std::tie(output, prefix) = std::tie(choice.name, value);
     if (choice.takes_integers() && igroup < 0) write_as_integer(choice.name, value);
   }
-  if (!output.empty()) claim(arg[0], output, prefix);
   if (is_resumable) find_saved_run(arg[0], kept, prefix);
+  if (!output.empty()) claim(arg[0], output, prefix);
   if (comm->me == 0) utils::logmesg(lmp, line + "\n");
   char name[256] = {};
   for (int k = 0;

@@ -111,7 +111,7 @@ void Conduction::find_limit()
     return exchange.sum(here);
   };
   const double highest = largest_eigenvalue(start, apply, dot, TOLERANCE, MOST).eigenvalue;
-  largest_step = highest > 0.0 ? 2.0 / highest : HUGE_VAL;
+  largest = highest > 0.0 ? 2.0 / highest : HUGE_VAL;
   limit_step = update->ntimestep;
 }
 

@@ -13,7 +13,7 @@
 
 namespace EVP {
 
-/// Heat that flows along the bonds, C dT/dt = -G T, and its largest stable step, 2/lambda_max of C^-1/2 G C^-1/2.
+/// Heat that flows along the bonds, C dT/dt = -G T, and its largest stable thermal step, 2/lambda_max of C^-1/2 G C^-1/2.
 class Conduction : protected Pointers {
  public:
   Conduction(LAMMPS *lmp, PerAtomComm &exchange_in) : Pointers(lmp), exchange(exchange_in) {}
@@ -29,10 +29,10 @@ class Conduction : protected Pointers {
   double eigenvalue_bound();
   /// Collective.
   void find_limit();
-  /// Collective. May this time be above the largest stable step? That is found anew where it may have changed.
+  /// Collective. May this time be above the largest stable thermal step? That is found anew where it may have changed.
   bool is_near_limit(double time);
-  /// Largest stable step [time], as it was found last.
-  double limit() const { return largest_step; }
+  /// Largest stable thermal step [time], as it was found last.
+  double limit() const { return largest; }
   bool has_limit_of_now() const { return limit_step == update->ntimestep; }
   /// Collective. To each atom [energy/time].
   const AtomValues &find_flows();
@@ -47,11 +47,11 @@ class Conduction : protected Pointers {
 
   PerAtomComm &exchange;
   std::vector<Link> links;
-  int nreact = 0;    // atoms and ghosts that take flows
-  AtomValues shared{2},
-      flow{1};    // conducting share and temperature; what flows to each [energy/time]
+  int nreact = 0;                          // atoms and ghosts that take flows
+  AtomValues shared{2};                    // conducting share and temperature
+  AtomValues flow{1};                      // to each [energy/time]
   std::vector<double> inverse_capacity;    // 0 where the temperature is held
-  double largest_step = 0.0;
+  double largest = 0.0;                    // thermal step [time]
   double bound_seen = 0.0;    // bound of the eigenvalue that it was found at, in this run
   int unseen = 0;             // times that it was near since
   bigint limit_step = -1;     // step that it was found at

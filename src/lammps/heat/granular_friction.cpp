@@ -77,9 +77,9 @@ void GranularFriction::find_powers()
     const double *const of_i = moving[pair.i], *const of_j = moving[pair.j];
     const Vector spin = Vector(of_i + 3) * pair.arm_i + Vector(of_j + 3) * pair.arm_j,
                  n = pair.along;
-    const Vector turning(spin.y * n.z - spin.z * n.y, spin.z * n.x - spin.x * n.z,
-                         spin.x * n.y - spin.y * n.x);
-    pair.power = -dot(pair.force, Vector(of_i) - Vector(of_j) - turning);
+    const Vector rotation(spin.y * n.z - spin.z * n.y, spin.z * n.x - spin.x * n.z,
+                          spin.x * n.y - spin.y * n.x);
+    pair.power = -dot(pair.force, Vector(of_i) - Vector(of_j) - rotation);
   }
 }
 

@@ -110,7 +110,7 @@ void VolumeForces::pairs_packed(const NeighList *neighbors)
     }
     for (const int kind : {UNBONDED, OF_TWO_BODIES}) others[kind].all.add_row(i, n[kind]);
   }
-  if (changes.all_taken || changes.exclusion_undone) fill_gaps(changes.taken);
+  if (changes.all_set || changes.exclusion_undone) fill_gaps(changes.newly_set);
 }
 
 void VolumeForces::unlisted_bonds_found(const std::vector<UnlistedBond> &bonds)
@@ -181,8 +181,8 @@ void VolumeForces::remove_pair(PairList &list, int i, int j)
 }
 
 // Pairs that are no bonds, and are there at rest or once an exclusion is undone, are surfaces of a crack that never had any.
-// They have no force from that alone. taken: own atoms whose references are those of now, empty where an exclusion is undone
-void VolumeForces::fill_gaps(const std::vector<char> &taken)
+// They have no force from that alone. newly_set: own atoms whose references are those of now, empty where an exclusion is undone
+void VolumeForces::fill_gaps(const std::vector<char> &newly_set)
 {
   constexpr double AT_REST = 1e-6;
   before_forces({pairs->positions(), nullptr, nullptr, pairs->lists().nreact});
@@ -192,7 +192,7 @@ void VolumeForces::fill_gaps(const std::vector<char> &taken)
     const double denser = now.bonded - own.own.rho;
     const double unbonded = now.pulling + now.pushing;
     const bool at_rest = std::fabs(denser) <= AT_REST * own.own.rho;
-    if (unbonded == 0.0 || (!taken.empty() && !(taken[i] && at_rest))) continue;
+    if (unbonded == 0.0 || (!newly_set.empty() && !(newly_set[i] && at_rest))) continue;
     own.gap = std::max(own.gap, unbonded + std::max(0.0, denser));
     if (now.pulling > 0.0) own.set(VolumeReference::BROKEN);
   }
@@ -363,7 +363,7 @@ double VolumeForces::dlim(int i, int j) const
   if (!are_pair(i, j)) return 0.0;
   const double alpha = pairs->coefficients().row(atom->type[i], atom->type[j]).alpha;
   return alpha == 0.0 ? 0.0
-                      : references.reach(alpha) * pairs->lists().growth_of(i, j) *
+                      : references.relative_cutoff(alpha) * pairs->lists().growth_of(i, j) *
           (atom->radius[i] + atom->radius[j]);
 }
 
@@ -373,7 +373,7 @@ double VolumeForces::force_between(int i, int j, double d, const PackedPair &pai
   const bool bond = pair.is_bond && !pair.has_joined && d * d <= pair.cutsq;
   if ((size_t) std::max(i, j) >= pulls.size() || !are_pair(i, j)) return 0.0;
   if (!bond && !counts(i, j)) return 0.0;
-  const double end = references.reach(alpha) * pairs->lists().growth_of(i, j) *
+  const double end = references.relative_cutoff(alpha) * pairs->lists().growth_of(i, j) *
       (atom->radius[i] + atom->radius[j]);
   const Density column = bond                       ? BONDED
       : !are_one_body(i, j) || is_beside_open(i, j) ? PUSHING

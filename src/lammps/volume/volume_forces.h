@@ -264,7 +264,7 @@ class VolumeForces final : public Effect, protected Pointers {
   void note_bonds_at_rest();
   std::optional<VolumeReference> find_change(int i);
   void find_beside_open();
-  void fill_gaps(const std::vector<char> &taken);
+  void fill_gaps(const std::vector<char> &newly_set);
   void add_leaving(const std::vector<int> &ended);
   Others &of_later(int i, int j)
   {

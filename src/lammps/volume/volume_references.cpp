@@ -21,37 +21,37 @@ VolumeReferences::pairs_packed(PairData &pair_data, const SphereRecords<VolumeRe
 {
   pairs = &pair_data;
   records = records_in;
-  const VolumeScene now = {reaches(), exclusions()};
+  const VolumeScene now = {relative_cutoffs(), exclusions()};
   std::vector<double> &words = store().words[VolumeRecord::NAME];
   const auto then = VolumeScene::of_words(words);
   Changes changes;
-  changes.all_taken = then.reaches != now.reaches;
+  changes.all_set = then.relative_cutoffs != now.relative_cutoffs;
   changes.exclusion_undone = !std::includes(now.exclusions.begin(), now.exclusions.end(),
                                             then.exclusions.begin(), then.exclusions.end());
-  if (changes.all_taken && !then.reaches.empty()) {    // of all bonds that there are
+  if (changes.all_set && !then.relative_cutoffs.empty()) {    // of all bonds that there are
     store().clear_joined();
     std::vector<char> &join = pairs->lists().bonds.join;
     std::fill(join.begin(), join.end(), 0);
   }
   const bigint atoms = sum_of_partners();
-  if (std::exchange(partners, atoms) != atoms || changes.all_taken) {
-    const std::vector<double> to_be = batches_to_be(changes.all_taken);
+  if (std::exchange(partners, atoms) != atoms || changes.all_set) {
+    const std::vector<double> to_be = batches_to_be(changes.all_set);
     const std::vector<NeighborDensity> rest = at_rest(to_be);
-    const std::vector<char> known = set_references(rest, changes.all_taken, to_be);
-    if (changes.all_taken)
-      for (const char one : known) changes.taken.push_back(!one);
+    const std::vector<char> known = set_references(rest, changes.all_set, to_be);
+    if (changes.all_set)
+      for (const char one : known) changes.newly_set.push_back(!one);
     for (int i = 0; i < atom->nlocal; i++) lose_partners(records[i], rest[i]);
   }
   words = now.words();
   return changes;
 }
 
-std::vector<double> VolumeReferences::reaches() const
+std::vector<double> VolumeReferences::relative_cutoffs() const
 {
   std::vector<double> all;
   for (int i = 1; i <= atom->ntypes; i++)
     for (int j = i; j <= atom->ntypes; j++)
-      all.push_back(reach(pairs->coefficients().row(i, j).alpha));
+      all.push_back(relative_cutoff(pairs->coefficients().row(i, j).alpha));
   return all;
 }
 
@@ -84,18 +84,18 @@ bigint VolumeReferences::sum_of_partners() const
   return reduce_all((bigint) sum, MPI_SUM, world);
 }
 
-// Was it recorded after the references were taken? A loose one that has joined since has none, and never counts
+// Was it recorded after the references were set? A loose one that has joined since has none, and never counts
 bool VolumeReferences::is_new(int i) const
 {
   return !records[i].is_known() && !store().of(i).empty() &&
       !(store().has_history() && store().sphere(i).recorded == 0.0);
 }
 
-// Collective. Of own atoms, once references have been taken; a fix that is new takes those of all, but for those of a bond
+// Collective. Of own atoms, once references have been set; a fix that is new sets those of all, but for those of a bond
 // file. 0 of atoms that have none
-std::vector<double> VolumeReferences::batches_to_be(bool takes) const
+std::vector<double> VolumeReferences::batches_to_be(bool all_set) const
 {
-  const bool keeps = !takes || store().words[VolumeRecord::NAME].empty();
+  const bool keeps = !all_set || store().words[VolumeRecord::NAME].empty();
   double last = 0.0;
   for (int i = 0; i < atom->nlocal; i++) last = std::max(last, records[i].batch);
   last = reduce_all(last, MPI_MAX, world);
@@ -103,7 +103,7 @@ std::vector<double> VolumeReferences::batches_to_be(bool takes) const
   for (int i = 0; i < atom->nlocal; i++) {
     if (keeps && records[i].is_known())
       to_be[i] = records[i].batch;
-    else if (takes ? !store().of(i).empty() : is_new(i))
+    else if (all_set ? !store().of(i).empty() : is_new(i))
       to_be[i] = last + 1.0;
   }
   return to_be;
@@ -126,27 +126,28 @@ std::vector<NeighborDensity> VolumeReferences::at_rest(const std::vector<double>
       const Remembered *const kept = store().find_remembered(i, bond.partner);
       if (kept && kept->kind == Remembered::JOINED) continue;
       const double alpha = pairs->coefficients().row(atom->type[i], partner.type).alpha;
-      if (alpha > 0.0) sums[i].add(bond.deq, reach(alpha) * (atom->radius[i] + partner.radius));
+      if (alpha > 0.0)
+        sums[i].add(bond.deq, relative_cutoff(alpha) * (atom->radius[i] + partner.radius));
     }
   return sums;
 }
 
-// Collective. Where bonds have flowed or ended the bond file says what the references were; a fix that is new takes all for
+// Collective. Where bonds have flowed or ended the bond file says what the references were; a fix that is new sets all to
 // what they are at the deq of now. Else only those of atoms that are new. Returns which own atoms had theirs
 std::vector<char> VolumeReferences::set_references(const std::vector<NeighborDensity> &rest,
-                                                   bool takes, const std::vector<double> &to_be)
+                                                   bool all_set, const std::vector<double> &to_be)
 {
   std::vector<char> is_known(atom->nlocal, 0);
   bigint unknown = 0;
   for (int i = 0; i < atom->nlocal; i++) {
     VolumeRecord &own = records[i];
     is_known[i] = own.batch == to_be[i] && own.is_known();
-    if (takes || !is_known[i]) own.at_rest = rest[i];
+    if (all_set || !is_known[i]) own.at_rest = rest[i];
     if (is_known[i]) continue;
     own.reference = {rest[i], 0.0, 0.0};
     own.batch = rest[i].slope > 0.0 ? to_be[i] : 0.0;
     own.strain = 0.0;
-    unknown += takes && store().has_history() && !store().sphere(i).is_new(store().of(i).size());
+    unknown += all_set && store().has_history() && !store().sphere(i).is_new(store().of(i).size());
   }
   set_gaps(is_known);
   unknown = reduce_all(unknown, MPI_SUM, world);
