@@ -6,7 +6,7 @@
     tools/cost.py --ranks 1 2 32 --n 100000 lammps_inputs/in.stir -var specimen plate.data
     tools/cost.py --ranks 128 --hosts 4 --n 10000000 my_deck.in
 
-Options of cost.py stand before the input script, those of LAMMPS behind it. The script runs for --seconds, on one MPI rank or on those of --ranks
+Options of cost.py stand before the input script, those of LAMMPS behind it; a whole command, lmp -in SCRIPT ..., does as well. The script runs for --seconds, on one MPI rank or on those of --ranks
 for which this machine has cores; then each fix of this package is timed by steps with and without it. The other rows of the table are scaled from
 these: time of a step and memory with the number of spheres, steps with its cube root where the timestep follows the diameter, and ranks beyond
 the cores of this machine by the efficiency that doc/performance.md fits. Measured is processor time; 'time' is that on cores that do nothing else.
@@ -296,6 +296,15 @@ def errors(deck, screen, atoms):
         yield "error to expect: not measured for this script; half the timestep, pace or increment, and twice the spheres, tell it"
 
 
+def script_and_options(words):
+    """SCRIPT and its options, of a command of LAMMPS too: [mpirun ...] lmp [...] -in SCRIPT ..."""
+    at = next((k for k, word in enumerate(words[:-1]) if word in ("-in", "-i")), None)
+    if at is None:
+        return words
+    program = max((k for k in range(at) if pathlib.Path(words[k]).name.startswith("lmp")), default=0)
+    return [words[at + 1], *words[program + 1:at], *words[at + 2:]]
+
+
 def main(words=None):
     words = sys.argv[1:] if words is None else words
     parser = command_line(__doc__)
@@ -306,7 +315,10 @@ def main(words=None):
     parser.add_argument("deck", type=pathlib.Path, metavar="SCRIPT", help="input script of LAMMPS")
     parser.add_argument("arguments", nargs=argparse.REMAINDER, metavar="...", help="options of LAMMPS, such as -var NAME VALUE")
     first = next((k for k, word in enumerate(words) if not re.match(r"-|\d+$", word)), len(words))  # the script ends the numbers of --ranks
-    options = parser.parse_args([*words[:first], *(["--"] if first < len(words) else []), *words[first:]])
+    options = parser.parse_args([*words[:first], *(["--"] if first < len(words) else []), *script_and_options(words[first:])])
+    resumed = [k for k in range(len(options.arguments)) if options.arguments[k:k + 3] == ["-var", "resume", "yes"]]
+    for k in reversed(resumed):
+        del options.arguments[k:k + 3]
     if min(options.ranks) < options.hosts:
         parser.error(f"each host has an MPI rank: give --hosts of at most {min(options.ranks)}")
     cores = own_cores()
@@ -318,6 +330,8 @@ def main(words=None):
             with tempfile.TemporaryDirectory(prefix="evp_cost_") as folder:
                 runs[ranks] = Run(options, text, ranks, pathlib.Path(folder), ranks == counts[-1])
         run = runs[counts[-1]]
+        if resumed:
+            run.notes.append("of the whole run, with what is done of it: -var resume yes is left out")
         farthest = max(runs.values(), key=lambda one: one.share)  # the number of steps does not depend on the ranks
         for one in runs.values():
             one.cost = one.cost._replace(steps=farthest.cost.steps)

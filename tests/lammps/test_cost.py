@@ -88,8 +88,11 @@ def test_minimizations_and_effects(tmp_path):
 
 
 def test_a_script_that_ends_at_once(tmp_path, lmp):
+    """By a whole command, of a run that is to be resumed."""
     choices = {"specimen": REFERENCE, "strain": "2e-4", "increment": "1e-4"}
-    said = cost(tmp_path, "--seconds", "5", DECKS / "in.quasistatic", *(word for name, value in choices.items() for word in ("-var", name, value))).stdout
+    words = [LMP, "-echo", "none", "-in", DECKS / "in.quasistatic", *(word for name, value in choices.items() for word in ("-var", name, value)), "-var", "resume", "yes"]
+    said = cost(tmp_path, "--seconds", "5", *words).stdout
+    assert "of the whole run, with what is done of it: -var resume yes is left out" in said
     lmp("in.quasistatic", variables={**choices, "out": "pulled"}, flags=["-log", "told"]).ok()
     iterations = re.findall(r"^Loop time of .* for (\d+) steps", (tmp_path / "told").read_text(encoding="utf-8"), re.M)
     assert table(said)[0]["steps"] == sum(map(int, iterations)) and "measured: 100 % of the steps" in said

@@ -64,8 +64,11 @@ def test_a_seam_that_was_never_stirred(tmp_path, plate):
             assert abs(float(imbalance)) < 1e-3 * max(float(work), 0.01)
         assert least < float(ratio) < most and float(whole) > 300.0
         for name, found in (("seam", strength), ("seam_uncut", whole)):
-            stress = read_csv(tmp_path / f"{name}.csv")["stress"]
+            stress, strain = (read_csv(tmp_path / f"{name}.csv")[title] for title in ("stress", "strain"))
+            assert np.all(np.diff(strain) > 0.0), "no row of another piece"
             assert max(stress[max(1, k - 4):k + 1].mean() for k in range(1, len(stress))) == pytest.approx(1e6 * float(found), rel=1e-4)
+    deep = run_lammps("in.stir", 1, {"specimen": plate, "depth": 0.0029}, tmp_path)
+    assert deep.returncode == 1 and "depth must be at most 0.00" in deep.stdout
     wrong = run_lammps("in.stir", 1, {"specimen": plate, "seam": "yes"}, tmp_path)
     assert wrong.returncode == 1 and "seam must be no, all, or all exposure Y0 pressure S0" in wrong.stdout
     refused = run_lammps("in.seam", 1, {"stirred": "stir"}, tmp_path)
