@@ -6,10 +6,11 @@
     tools/cost.py --ranks 1 2 32 --n 100000 lammps_inputs/in.stir -var specimen plate.data
     tools/cost.py --ranks 128 --hosts 4 --n 10000000 my_deck.in
 
-Options of cost.py stand before the input script, those of LAMMPS behind it; a whole command, lmp -in SCRIPT ..., does as well. The script runs for --seconds, on one MPI rank or on those of --ranks
-for which this machine has cores; then each fix of this package is timed by steps with and without it. The other rows of the table are scaled from
-these: time of a step and memory with the number of spheres, steps with its cube root where the timestep follows the diameter, and ranks beyond
-the cores of this machine by the efficiency that doc/performance.md fits. Measured is processor time; 'time' is that on cores that do nothing else.
+Options of cost.py stand before the input script, those of LAMMPS behind it. A whole command, [mpirun ...] lmp -in SCRIPT ..., does as well, but for the
+number of its MPI ranks: give --ranks. The script runs for --seconds, on one MPI rank or on those of --ranks for which this machine has cores; then
+each fix of this package is timed by steps with and without it. The other rows of the table are scaled from these: time of a step and memory with
+the number of spheres, steps with its cube root where the timestep follows the diameter, and ranks beyond the cores of this machine by the
+efficiency that doc/performance.md fits. Measured is processor time; 'time' is that on cores that do nothing else.
 
 How long a run is, a script says by a variable, as for frames.lmp: last, of its increments k; nsteps, of each of its nruns runs (default 1); or
 duration [s]. Where it has none of them, its lines `run N` count. What it writes goes to a temporary folder: it runs in a copy of the present
@@ -297,11 +298,11 @@ def errors(deck, screen, atoms):
 
 
 def script_and_options(words):
-    """SCRIPT and its options, of a command of LAMMPS too: [mpirun ...] lmp [...] -in SCRIPT ..."""
+    """SCRIPT and its options, of a command of LAMMPS too: [mpirun ...] lmp [...] -in SCRIPT ... Its program begins with lmp or lammps."""
     at = next((k for k, word in enumerate(words[:-1]) if word in ("-in", "-i")), None)
     if at is None:
         return words
-    program = max((k for k in range(at) if pathlib.Path(words[k]).name.startswith("lmp")), default=0)
+    program = max((k for k in range(at) if pathlib.Path(words[k]).name.startswith(("lmp", "lammps"))), default=0)
     return [words[at + 1], *words[program + 1:at], *words[at + 2:]]
 
 
@@ -317,8 +318,8 @@ def main(words=None):
     first = next((k for k, word in enumerate(words) if not re.match(r"-|\d+$", word)), len(words))  # the script ends the numbers of --ranks
     options = parser.parse_args([*words[:first], *(["--"] if first < len(words) else []), *script_and_options(words[first:])])
     resumed = [k for k in range(len(options.arguments)) if options.arguments[k:k + 3] == ["-var", "resume", "yes"]]
-    for k in reversed(resumed):
-        del options.arguments[k:k + 3]
+    for k in resumed:
+        options.arguments[k + 2] = "no"
     if min(options.ranks) < options.hosts:
         parser.error(f"each host has an MPI rank: give --hosts of at most {min(options.ranks)}")
     cores = own_cores()
@@ -331,7 +332,7 @@ def main(words=None):
                 runs[ranks] = Run(options, text, ranks, pathlib.Path(folder), ranks == counts[-1])
         run = runs[counts[-1]]
         if resumed:
-            run.notes.append("of the whole run, with what is done of it: -var resume yes is left out")
+            run.notes.append("of the whole run, with what is done of it: as by -var resume no")
         farthest = max(runs.values(), key=lambda one: one.share)  # the number of steps does not depend on the ranks
         for one in runs.values():
             one.cost = one.cost._replace(steps=farthest.cost.steps)

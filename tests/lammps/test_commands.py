@@ -99,6 +99,14 @@ def test_a_variable_of_the_users_is_not_overwritten(lmp, style):
 SCENE = "region box block 0 1 0 1 0 1\ncreate_box 1 box\ncreate_atoms 1 single 0.5 0.5 0.5\nmass 1 1.0\npair_style zero 0.1\npair_coeff * *\n"
 
 
+def test_what_came_before_a_quiet_command_is_shown_at_once(tmp_path):
+    """In a file, too, whose lines LAMMPS keeps back: a tool reads there how far a run is."""
+    (tmp_path / "in.x").write_text('print "so far"\nevp_quietly shell cp screen copy\n', encoding="utf-8")
+    with open(tmp_path / "screen", "w", encoding="utf-8") as screen:
+        subprocess.run([LMP, "-log", "none", "-in", "in.x"], cwd=tmp_path, stdin=subprocess.DEVNULL, stdout=screen, check=True)
+    assert "\nso far\n" in (tmp_path / "copy").read_text(encoding="utf-8")
+
+
 def test_a_quiet_command_shows_its_warnings(lmp):
     """The run is made, with blanks and variables in its words. Lines of EVP are shown, the warning of LAMMPS that nothing moves is not."""
     text = SCENE + 'variable word string "a b"\nvariable n equal 3\nevp_quietly run ${n} every 1 "print \'${word}\'"\nprint "step $(step)"\n'

@@ -92,7 +92,7 @@ def test_a_script_that_ends_at_once(tmp_path, lmp):
     choices = {"specimen": REFERENCE, "strain": "2e-4", "increment": "1e-4"}
     words = [LMP, "-echo", "none", "-in", DECKS / "in.quasistatic", *(word for name, value in choices.items() for word in ("-var", name, value)), "-var", "resume", "yes"]
     said = cost(tmp_path, "--seconds", "5", *words).stdout
-    assert "of the whole run, with what is done of it: -var resume yes is left out" in said
+    assert "of the whole run, with what is done of it: as by -var resume no" in said
     lmp("in.quasistatic", variables={**choices, "out": "pulled"}, flags=["-log", "told"]).ok()
     iterations = re.findall(r"^Loop time of .* for (\d+) steps", (tmp_path / "told").read_text(encoding="utf-8"), re.M)
     assert table(said)[0]["steps"] == sum(map(int, iterations)) and "measured: 100 % of the steps" in said

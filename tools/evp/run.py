@@ -153,7 +153,7 @@ def last_strain(path):
 
 
 @contextlib.contextmanager
-def _interrupted_later():
+def interrupted_later():
     """An interrupt that comes in the block takes effect at its end, so that a process that has just started is known and can be ended; not where the block fails."""
     came = []
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
@@ -184,7 +184,7 @@ def run_jobs(jobs: List[Job], cores=None, title="LAMMPS"):
                     free = cores - sum(other.ranks for other in running)
                     if job.ranks <= free or not running:
                         waiting.remove(job)
-                        with _interrupted_later():
+                        with interrupted_later():
                             job.start()
                             running.append(job)
                 time.sleep(_POLL)
@@ -196,7 +196,7 @@ def run_jobs(jobs: List[Job], cores=None, title="LAMMPS"):
                     done = sum(job.cost * min(1.0, max(0.0, job.done())) for job in running)
                     progress.show(finished + done, ", ".join(job.name for job in running))
     finally:
-        with _interrupted_later():  # a second interrupt leaves none behind
+        with interrupted_later():  # a second interrupt leaves none behind
             for job in running:
                 job.process.terminate()
             for job in running:

@@ -5,6 +5,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from . import require
+from .run import interrupted_later
 
 OPEN3D = "apt-get install python3-open3d (Debian), or pip install open3d"
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254}
@@ -20,12 +21,8 @@ _BATCH = 200_000  # points that Open3D looks at in one call
 def open3d_module():
     """Open3D; ends the program with one line where no Python here has it."""
     require("numpy", "scipy", "matplotlib", "open3d", remedy=OPEN3D)
-    try:
+    with interrupted_later():  # Open3D would make another error of it
         import open3d  # it takes seconds
-    except ImportError as error:
-        if isinstance(error.__cause__, KeyboardInterrupt):
-            raise KeyboardInterrupt from error
-        raise
     open3d.utility.set_verbosity_level(open3d.utility.VerbosityLevel.Error)
     return open3d
 
