@@ -34,11 +34,13 @@ def test_a_pin_that_sticks(tmp_path, plate):
 
 
 def test_it_travels(tmp_path, plate):
-    """Along x, by the advance of a turn; the tool keeps its shape. The rate from which metal hardens is as many times as fast as the pin."""
+    """Along x, by the advance of a turn; the tool keeps its shape. The rate from which metal hardens is as many times as fast as the pin; a plate
+    above TMELT is told."""
     row = re.search(r'^variable coeff +index "([^"]+)"', (DECKS / "in.stir").read_text(encoding="utf-8"), re.M)[1].replace("&\n", "")
     start = f"print 'plate: ${{plate_words}}'\nwrite_dump all custom start.dump id type x y z modify sort id format float %.12g\ninclude {DECKS}/frames.lmp\n"
     (tmp_path / "start.lmp").write_text(start, encoding="utf-8")
-    run, _, _ = stirred(tmp_path, plate, dwell=0, turns=0.02, feed=19000, also="start.lmp", frames=4, coeff=f"{row} rate 0.01 3".replace("soften 298 775 1 melt 397e3", "soften 298 300 1 0.99"), faster=20)
+    row = row.replace("soften 298 775 1 melt 397e3", "soften 298 300 1 0.99") + " rate 0.01 3"
+    run, _, _ = stirred(tmp_path, plate, dwell=0, turns=0.02, feed=19000, also="start.lmp", frames=4, coeff=row, faster=20)
     assert any("above TMELT, 300 K" in line for line in run.warnings())
     assert " rate 0.01 60 " in re.search("^plate: .*", run.stdout, re.M)[0]
     assert [frame.step > 0 for frame in run.dump("stir_frames.dump")] == [False, True, True, True, True]
